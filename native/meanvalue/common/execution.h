@@ -12,7 +12,7 @@ namespace meanvalue {
 class Execution {
   public:
     Execution() = default;
-    /// Of one part of an operation: cancelled with it, and with progress of its own. @pre `whole` outlives it.
+    /// For one part of an operation: cancelled with it, and with progress of its own. @pre `whole` outlives it.
     explicit Execution(const Execution* whole) : whole_(whole) {}
     Execution(const Execution&) = delete;
     Execution& operator=(const Execution&) = delete;
@@ -25,7 +25,7 @@ class Execution {
 
     /// Cancels itself at the call of check() with this number from now on, counted from 1: tests cancel with it
     /// anywhere in an operation.
-    void cancel_at_look(std::int64_t looks) { looks_left_.store(looks, std::memory_order_relaxed); }
+    void cancel_at_look(std::int64_t checks) { checks_left_.store(checks, std::memory_order_relaxed); }
 
     /// @throws Cancelled after cancel(); called inside every long loop.
     void check() const;
@@ -47,7 +47,7 @@ class Execution {
   private:
     const Execution* whole_ = nullptr;
     mutable std::atomic<bool> cancelled_{false};
-    mutable std::atomic<std::int64_t> looks_left_{0};  // 0: it does not cancel itself
+    mutable std::atomic<std::int64_t> checks_left_{0};  // 0: it does not cancel itself
     std::atomic<const char*> stage_{""};
     std::atomic<double> progress_{0.0};
 };
@@ -60,13 +60,13 @@ class WorkMeter {
     /// @param steps of some nanoseconds. @throws Cancelled.
     void add(std::size_t steps) {
         steps_ += steps;
-        if (steps_ < kStepsPerLook) return;
+        if (steps_ < kStepsPerCheck) return;
         steps_ = 0;
         execution_.check();
     }
 
   private:
-    static constexpr std::size_t kStepsPerLook = 1 << 18;  // about a millisecond
+    static constexpr std::size_t kStepsPerCheck = 1 << 18;  // about a millisecond
     const Execution& execution_;
     std::size_t steps_ = 0;
 };

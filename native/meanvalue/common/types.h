@@ -33,7 +33,7 @@ std::size_t bytes_of(const std::vector<Items>&... vectors) {
     return (std::size_t{0} + ... + (vectors.capacity() * sizeof(Items)));
 }
 
-/// Of the axis-aligned box about all rows; 0 without any.
+/// The diagonal of the axis-aligned box about all rows; 0 without any.
 inline double bounding_box_diagonal(const PositionsView& positions) {
     return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
 }

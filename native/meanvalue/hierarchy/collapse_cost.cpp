@@ -60,7 +60,7 @@ double CollapseCost::of(Index place, double limit) const {
         squared_distance_[k] = (corners_[k].ring_vertex - kept).squaredNorm();
     // The smallest angle lies opposite the shortest edge; compared by the square of half its cotangent, which needs
     // no root, as a fraction, which needs no division.
-    // tan x >= x tells of most costs above the limit without an arc tangent.
+    // tan x >= x finds most costs above the limit without an arc tangent.
     const double steepest = 4.0 * (limit / volume_part - 1.0) / (kComfortableAngle * kComfortableAngle);
     double cotangent_over = 0.0;
     double cotangent_under = 1.0;

@@ -20,7 +20,7 @@ struct Collapse {
 /// The cost of merging a vertex into one of its ring, lower is better; docs/algorithm.md, "Collapse cost". The paper
 /// names its parts, volume preservation (Lindstrom and Turk) and minimal-angle maximisation, and gives no formula.
 ///
-/// Holds one vertex after another: what all of its collapses have in common is computed once. One instance for each
+/// Works on one vertex after another: what all of its collapses have in common is computed once. One instance for each
 /// thread.
 class CollapseCost {
   public:
@@ -31,7 +31,7 @@ class CollapseCost {
     /// The vertex whose collapses are to be compared. Linear in the valence.
     void set_vertex(Index vertex, const RingView& ring);
 
-    /// Of merging the vertex into ring vertex number `place`; linear in the valence.
+    /// The cost of merging the vertex into ring vertex number `place`; linear in the valence.
     /// @param limit where the cost is at least this, any value from it up may be returned, sooner.
     double of(Index place, double limit) const;
 

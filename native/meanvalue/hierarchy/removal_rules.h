@@ -12,7 +12,7 @@
 
 namespace meanvalue {
 
-/// Of a mesh that is being coarsened. @pre all that it is made with outlives it.
+/// The rules for a mesh that is being coarsened. @pre all that it is made with outlives it.
 class RemovalRules {
   public:
     RemovalRules(const RingMesh& mesh, const OneRings& rings, const PositionsView& positions,

@@ -5,7 +5,7 @@
 namespace meanvalue {
 namespace {
 
-// Entries written between two looks at the cancel flag: some milliseconds, even where memory is touched first.
+// Entries written between two checks for cancellation: some milliseconds, even where memory is touched first.
 constexpr std::int64_t kEntriesPerCheck = 1 << 20;
 
 }  // namespace

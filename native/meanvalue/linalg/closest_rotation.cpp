@@ -9,7 +9,8 @@ namespace meanvalue {
 namespace {
 
 constexpr int kMostSteps = 50;
-// Of the largest eigenvalue, relative: the rotation's error is its root where two eigenvalues are near each other.
+// Relative error of the largest eigenvalue: the rotation's error is its root where two eigenvalues are near each
+// other.
 constexpr double kStepTolerance = 1e-15;
 // Squared norm of the eigenvector by cofactors, for a matrix of norm 1: it vanishes with the gap between the two
 // largest eigenvalues, and digits are lost with it.

@@ -1,4 +1,4 @@
-// The graph of a symmetric sparse matrix, in which an order of elimination is looked for.
+// The graph of a symmetric sparse matrix, for which an order of elimination is found.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ namespace {
 
 struct NotPositiveDefinite {};
 
-// Blocks of rows between two looks at the cancel flag; their columns stay in the processor's second cache meanwhile.
+// Blocks of rows between two checks for cancellation; their columns stay in the processor's second cache meanwhile.
 constexpr Index kBlocksPerPiece = 16;
 
 /// The lower triangle of the matrix in the order of elimination, by columns.

@@ -15,7 +15,7 @@ namespace {
 
 // Vertices of a part that is ordered by minimum degree: more save time and cost fill.
 constexpr Index kSmallPart = 300;
-// Of a part that lies at either end, in percent: less lets separators be smaller, and takes longer.
+// Share of a part that each of its ends takes, in percent: less lets separators be smaller, and takes longer.
 constexpr std::int64_t kEndPercent = 40;
 
 /// A connected part of the graph, and the places in the order that it is to fill.

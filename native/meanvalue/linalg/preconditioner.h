@@ -1,4 +1,4 @@
-// A factored constant matrix as a minimiser applies it, also where some of its diagonal is to be taken off again.
+// The inverse of a factored matrix, also with a part of its diagonal taken off again.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 namespace meanvalue {
 
 /// Corrects what a factor of A solves to what A - E D E^T solves, E a few rows and D positive numbers: springs that
-/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). Costs a third of a
-/// solve for each row that it has not seen before, then little: columns of the inverse are kept.
+/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). A row
+/// costs a third of a solve when it is first corrected, then little: columns of the inverse are kept.
 class DiagonalDowndate {
   public:
     /// @param rows of the factored matrix. @param amounts for each, from 0: what comes off its diagonal; less than

@@ -18,7 +18,7 @@ Matrix3 fit_rotation(const Matrix3& covariance) {
     const Vector3& values = svd.singularValues();
     if (values(0) == 0.0) return Matrix3::Identity();
     if (values(1) < kRankTolerance * values(0)) {
-        // Of nearly opposite directions it has not the length 1.
+        // Its length is not 1 for nearly opposite directions.
         const auto turn = Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0));
         return turn.normalized().toRotationMatrix();
     }

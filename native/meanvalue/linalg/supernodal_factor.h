@@ -63,7 +63,7 @@ class CholeskyFactor {
     Index size() const { return analysis_ == nullptr ? 0 : analysis_->pattern.size(); }
     /// What it keeps, without what the analysis keeps for factorising again.
     std::size_t bytes() const;
-    /// Of a workspace that one thread solves with.
+    /// Size of a workspace that one thread solves with.
     std::size_t workspace_bytes() const;
     /// @pre analysed().
     const SupernodalPattern& pattern() const { return analysis_->pattern; }

@@ -27,7 +27,7 @@ struct OneRings {
 
     Index vertex_count() const { return static_cast<Index>(kinds.size()); }
     Index valence(Index vertex) const { return offsets[vertex + 1] - offsets[vertex]; }
-    /// Of the triangles of the ring; number k has the corners k and k + 1 (cyclic) and the vertex.
+    /// How many triangles the ring has; number k has the corners k and k + 1 (cyclic) and the vertex.
     Index triangle_count(Index vertex) const {
         return closed[vertex] || valence(vertex) == 0 ? valence(vertex) : valence(vertex) - 1;
     }

@@ -7,7 +7,7 @@
 namespace meanvalue {
 namespace {
 
-constexpr std::size_t kLeaf = 8;  // ranges up to this are looked through
+constexpr std::size_t kLeaf = 8;  // ranges up to this are searched through
 
 }  // namespace
 
@@ -41,11 +41,11 @@ void PointTree::split(Range range, const Execution& execution) {
 
 PointTree::Nearest PointTree::nearest(const Vector3& point) const {
     Nearest best{rows_.front(), std::numeric_limits<double>::infinity()};
-    look({0, rows_.size()}, point, best);
+    search({0, rows_.size()}, point, best);
     return best;
 }
 
-void PointTree::look(Range range, const Vector3& point, Nearest& best) const {
+void PointTree::search(Range range, const Vector3& point, Nearest& best) const {
     const auto try_row = [&](std::size_t k) {
         const double distance = (Vector3(positions_.row(rows_[k])) - point).squaredNorm();
         if (distance < best.squared_distance) best = {rows_[k], distance};
@@ -61,8 +61,8 @@ void PointTree::look(Range range, const Vector3& point, Nearest& best) const {
     const double off = point(axis) - positions_(rows_[middle], axis);
     const Range low{range.first, middle};
     const Range high{middle + 1, range.second};
-    look(off < 0.0 ? low : high, point, best);
-    if (off * off < best.squared_distance) look(off < 0.0 ? high : low, point, best);
+    search(off < 0.0 ? low : high, point, best);
+    if (off * off < best.squared_distance) search(off < 0.0 ? high : low, point, best);
 }
 
 }  // namespace meanvalue

@@ -28,7 +28,7 @@ class PointTree {
     using Range = std::pair<std::size_t, std::size_t>;
 
     void split(Range range, const Execution& execution);
-    void look(Range range, const Vector3& point, Nearest& best) const;
+    void search(Range range, const Vector3& point, Nearest& best) const;
     static std::size_t middle_of(Range range) { return range.first + (range.second - range.first) / 2; }
 
     PositionsView positions_;

@@ -18,7 +18,7 @@ struct RingView {
 
     const Index* begin() const { return vertices; }
     const Index* end() const { return vertices + valence; }
-    /// Of the triangles at the vertex; number k has the corners k and k + 1 (cyclic).
+    /// How many triangles are at the vertex; number k has the corners k and k + 1 (cyclic).
     Index triangle_count() const { return closed ? valence : valence - 1; }
 };
 
@@ -49,7 +49,7 @@ class RingMesh {
     /// Removes `from`; its triangles close up at `to`. @pre can_collapse(from, to).
     void collapse(Index from, Index to);
 
-    /// Of all vertices that are left.
+    /// The rings of all vertices that are left.
     OneRings present_rings(const Execution& execution) const;
 
     /// Rings that grow stop here.

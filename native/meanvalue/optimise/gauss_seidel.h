@@ -19,7 +19,7 @@ namespace meanvalue {
 class GaussSeidel {
   public:
     /// @pre both outlive it. @throws Cancelled.
-    /// Cost: for each row the square of its length, since each free vertex of a ring looks at all of it.
+    /// Cost: for each row the square of its length, since each free vertex of a ring visits all of it.
     GaussSeidel(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
     /// One sweep over all free vertices. @param positions n x 3, changed in place. @throws Cancelled.

@@ -15,11 +15,11 @@ constexpr int kMostHalvings = 20;
 // A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
 constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
-// The constant matrix is divided by the product of the steps' lengths so far: in what the history knows nothing of,
-// it is twice as stiff as the energy where much turns, and each step would have to be lengthened anew, by an
+// The initial Hessian is divided by the product of the steps' lengths so far: in what the history knows nothing of,
+// it is twice as stiff as the energy where much rotates, and each step would have to be lengthened anew, by an
 // evaluation more. By so much at most.
 constexpr double kLargestScaling = 3.0;
-// Steps this short on end tell the end of the way from a single bad step.
+// Steps this short in a row are the end; a single one may be a bad step.
 constexpr int kShortSteps = 2;
 // With patience, what comes after a single step that is shorter than this, in step tolerances, does not matter even
 // where the energy falls: there is little of it, and the next solve goes on. Half of a smooth drag's iterations.
@@ -93,7 +93,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         }
         is_inherited = is_inherited && report.iterations() < LbfgsHistory::kPairs;
         if (length < kMisled && is_inherited) {
-            // What was learnt elsewhere misleads here.
+            // The history of another solve misleads here.
             history_.clear();
             scaling = 1.0;
             is_inherited = false;
@@ -141,8 +141,8 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
 }
 
 /// Goes on along a step on which the energy still falls nearly as steeply at its end as at its start: to where a
-/// parabola by both slopes has its minimum. The constant matrix is too stiff for limbs that turn as a whole, and this
-/// costs no solve. @param length, trial_value of the step in `trial_`; both change with it.
+/// parabola by both slopes has its minimum. The initial Hessian is too stiff for limbs that rotate as a whole, and
+/// this costs no solve. @param length, trial_value of the step in `trial_`; both change with it.
 void Lbfgs::lengthen(const Energy& energy, int threads, double value, double slope, const Positions& positions,
                      const Execution& execution, double& length, double& trial_value) {
     const double steepness = direction_.cwiseProduct(trial_gradient_).sum() / slope;

@@ -1,4 +1,4 @@
-// L-BFGS whose initial Hessian is a constant matrix, factored once.
+// L-BFGS whose initial Hessian is factored once.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 namespace meanvalue {
 
 struct LbfgsOptions {
-    /// Stop when no vertex has moved farther in a step, twice on end, with patience also once by far less; in the
-    /// units of the positions.
+    /// Stop when no vertex has moved farther in two steps in a row, or with patience far less in one; in the units
+    /// of the positions.
     double step_tolerance = 0.0;
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
     /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
@@ -29,7 +29,7 @@ struct LbfgsOptions {
     double highest_start = std::numeric_limits<double>::infinity();
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;
-    /// Scale the constant matrix by what the steps' lengths tell of it, as they come.
+    /// Scale the initial Hessian by the lengths of the steps, as they come.
     bool adapt_scaling = false;
 };
 
@@ -48,7 +48,7 @@ struct LbfgsReport {
 
 /// The minimiser of one set of free vertices; keeps the memory that it needs: one for each solve that runs.
 ///
-/// Each step is -H g, H being the inverse of the constant matrix updated by the last few steps (LbfgsHistory), and is
+/// Each step is -H g, H being the inverse of the initial Hessian updated by the last few steps (LbfgsHistory), and is
 /// halved until the energy falls. Deterministic for any number of threads.
 class Lbfgs {
   public:

@@ -119,7 +119,7 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
     });
 }
 
-/// Of a pair that is not in use.
+/// The place of a pair that is not in use.
 int LbfgsHistory::free_place() const {
     std::vector<char> taken(pairs_.size(), 0);
     for (const int used : order_)

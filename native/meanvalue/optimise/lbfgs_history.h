@@ -1,4 +1,4 @@
-// The history of L-BFGS, and the inverse Hessian that it makes of a constant matrix.
+// The history of L-BFGS, and the inverse Hessian that it makes of the initial one.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 
 namespace meanvalue {
 
-/// The last steps of a minimiser and what each changed of the gradient, as pairs. H, the inverse of the constant
-/// matrix updated by them (Nocedal 1980), is applied with products taken from their Gram matrix, so that vectors are
-/// read a few times whatever the number of pairs, and in parallel. Pairs are kept in single precision: they are most
-/// of what an iteration reads. Deterministic for any number of threads.
+/// The last steps of a minimiser and what each changed of the gradient, as pairs. H, the inverse of the
+/// initial Hessian updated by them (Nocedal 1980), is applied with products taken from their Gram matrix, so that
+/// vectors are read a few times whatever the number of pairs, and in parallel. Pairs are kept in single precision:
+/// they are most of what an iteration reads. Deterministic for any number of threads.
 class LbfgsHistory {
   public:
     LbfgsHistory() = default;
@@ -20,7 +20,7 @@ class LbfgsHistory {
     /// what they save: docs/decisions/0012-predicted-drags.md.
     static constexpr int kPairs = 12;
 
-    /// @param rows of the vectors, |V'|. @param size of the shape: what is kept in single precision is told in it.
+    /// @param rows of the vectors, |V'|. @param size of the shape: what is kept in single precision is divided by it.
     /// Memory is taken as pairs come.
     LbfgsHistory(Index rows, double size);
 

@@ -40,7 +40,7 @@ bool solve_step(const GaussNewtonSystem::Workspace& at, SparseCholesky& cholesky
     return direction.allFinite();
 }
 
-/// One descent from a start; holds what its steps share.
+/// One descent from a start, with the state that its steps share.
 class Descent {
   public:
     Descent(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace, SparseCholesky& cholesky,

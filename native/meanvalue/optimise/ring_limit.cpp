@@ -9,7 +9,8 @@ namespace {
 
 // Shorter rings share most of their pairs with their neighbors'.
 constexpr Index kLongRing = 100;
-// Of all long rings: some 3 GB in the matrices and factors of the fast method, three times as much in those of full.
+// Pairs in all long rings: some 3 GB in the matrices and factors of the fast method, three times as much in those of
+// full.
 constexpr double kMostPairs = 3e7;
 
 }  // namespace
