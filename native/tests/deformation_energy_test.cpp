@@ -42,7 +42,7 @@ struct Evaluation {
 /// The energy and its gradient in plain scalar arithmetic, row after row.
 class ScalarRows {
   public:
-    ScalarRows(const Encoding& encoding, const Unknowns& unknowns, const EnergyPatches& rows)
+    ScalarRows(const Encoding& encoding, const Unknowns& unknowns, const EnergyBlockes& rows)
         : encoding_(encoding), unknowns_(unknowns), rows_(rows) {}
 
     Evaluation evaluate(const Positions& pose, double rigidity) const {
@@ -108,7 +108,7 @@ class ScalarRows {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    const EnergyPatches& rows_;
+    const EnergyBlockes& rows_;
 };
 
 /// A mesh at rest, with all that an energy needs. The first vertex of every `fixed_step` is fixed.
@@ -138,8 +138,8 @@ class Bound {
 
     Evaluation evaluate_scalar(const Positions& pose, double rigidity) const {
         const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
-        const EnergyPatches rows =
-            build_energy_patches(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, nullptr, execution_);
+        const EnergyBlockes rows =
+            build_energy_blocks(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, nullptr, execution_);
         return ScalarRows(encoding_, unknowns_, rows).evaluate(pose, rigidity);
     }
 
@@ -285,8 +285,8 @@ TEST(ConstantHessian, IsTheSameForAnyNumberOfThreads) {
     const Bound bound(with_noise(joined(torus(120, 70), steep_fans()), 0.1, 1));
     const Execution execution;
     for (const double rigidity : {0.0, 30.0}) {
-        const SparseMatrix one = bound.energy().constant_hessian(rigidity, 1, execution);
-        const SparseMatrix many = bound.energy().constant_hessian(rigidity, 3, execution);
+        const SparseMatrix one = bound.energy().initial_hessian(rigidity, 1, execution);
+        const SparseMatrix many = bound.energy().initial_hessian(rigidity, 3, execution);
         ASSERT_EQ(many.nonZeros(), one.nonZeros());
         EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), many.valuePtr()));
         EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), many.innerIndexPtr()));
@@ -299,7 +299,7 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
     const Bound bound(with_noise(sphere(2), 0.2, 1));
     DeformationEnergy energy = bound.energy();
     const Execution execution;
-    const SparseMatrix hessian = energy.constant_hessian(50.0, 1, execution);
+    const SparseMatrix hessian = energy.initial_hessian(50.0, 1, execution);
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     const Positions& rest = bound.mesh().vertices;
@@ -330,7 +330,7 @@ TEST(ConstantHessian, WithTheFixedVerticesItsRowsSumToZero) {
     const DeformationEnergy energy = bound.energy();
     const Execution execution;
     for (const double rigidity : {0.0, 15.0}) {
-        const SparseMatrix hessian = energy.constant_hessian(rigidity, 1, execution);
+        const SparseMatrix hessian = energy.initial_hessian(rigidity, 1, execution);
         const FixedCoupling coupling = energy.fixed_coupling(rigidity, execution);
         ASSERT_EQ(coupling.matrix.rows(), hessian.cols());
         ASSERT_EQ(coupling.matrix.cols(), static_cast<Eigen::Index>(coupling.vertices.size()));

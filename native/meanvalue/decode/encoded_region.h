@@ -9,7 +9,7 @@
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/decode/fast/stiff_spokes.h"
+#include "meanvalue/decode/fast/hessian_springs.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/decode/fast/energy_patches.h"
+#include "meanvalue/decode/fast/energy_blocks.h"
 
 namespace meanvalue {
 namespace {
@@ -22,8 +22,8 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
       unknowns_(unknowns),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(instructions)),
-      rows_(build_energy_patches(encoding, unknowns, cells, size, by_length,
-                                 soft_constraints_.hardness(unknowns.slot.size()), stiff, execution)) {
+      rows_(build_energy_blocks(encoding, unknowns, cells, size, by_length,
+                                soft_constraints_.hardness(unknowns.slot.size()), stiff, execution)) {
     index_uses(execution);
 }
 
@@ -49,7 +49,7 @@ void DeformationEnergy::index_uses(const Execution& execution) {
 DeformationEnergy::Workspace DeformationEnergy::make_workspace() const {
     Workspace workspace;
     workspace.shares.resize(rows_.points.size());
-    workspace.patch_energy.resize(rows_.patch_count());
+    workspace.block_energy.resize(rows_.block_count());
     return workspace;
 }
 
@@ -59,9 +59,9 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
     const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
     if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
-    parallel_items(rows_.patch_count(), workers, execution, [&](int worker, std::size_t patch) {
-        workspace.patch_energy[patch] =
-            evaluate_patch(patch, positions, stretching, workspace.shares.data() + rows_.patches[patch].first_point,
+    parallel_items(rows_.block_count(), workers, execution, [&](int worker, std::size_t block) {
+        workspace.block_energy[block] =
+            evaluate_block(block, positions, stretching, workspace.shares.data() + rows_.blocks[block].first_point,
                            workspace.scratch[worker]);
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
@@ -75,7 +75,7 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
         }
     });
     double sum = 0.0;
-    for (const double share : workspace.patch_energy)
+    for (const double share : workspace.block_energy)
         sum += share;
     if (!soft_constraints_.empty())
         sum += soft_constraints_.add_energy(positions, workspace.soft_targets, workspace.soft_weights, gradient,
@@ -83,11 +83,11 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     return sum;
 }
 
-double DeformationEnergy::evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching,
+double DeformationEnergy::evaluate_block(std::size_t block, const PositionsView& positions, double stretching,
                                          PaddedPoint* shares, Workspace::Scratch& scratch) const {
-    const EnergyPatch& begin = rows_.patches[patch];
-    const EnergyPatch& end = rows_.patches[patch + 1];
-    scratch.positions.resize(rows_.largest_patch);
+    const EnergyBlock& begin = rows_.blocks[block];
+    const EnergyBlock& end = rows_.blocks[block + 1];
+    scratch.positions.resize(rows_.largest_block);
     const Index* const points = rows_.points.data() + begin.first_point;
     for (std::int64_t k = 0; k < end.first_point - begin.first_point; ++k) {
         const double* const position = positions.data() + positions.outerStride() * points[k];
@@ -104,7 +104,7 @@ std::size_t DeformationEnergy::bytes() const {
 }
 
 std::size_t DeformationEnergy::Workspace::bytes() const {
-    std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + patch_energy.capacity() * sizeof(double) +
+    std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + block_energy.capacity() * sizeof(double) +
                       (static_cast<std::size_t>(soft_targets.size()) + soft_weights.capacity()) * sizeof(double);
     for (const Scratch& of_thread : scratch)
         sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.kernel.bytes();

@@ -6,8 +6,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/fast/energy_blocks.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
-#include "meanvalue/decode/fast/energy_patches.h"
 #include "meanvalue/decode/fast/soft_constraints.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/linalg/block_matrix.h"
@@ -43,11 +43,11 @@ class DeformationEnergy {
     struct Workspace {
         /// Of one thread.
         struct Scratch {
-            std::vector<PaddedPoint> positions;  // of a patch
+            std::vector<PaddedPoint> positions;  // of a block
             KernelScratch kernel;
         };
-        std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each patch
-        std::vector<double> patch_energy;  ///< of E, by each patch
+        std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each block
+        std::vector<double> block_energy;  ///< of E, by each block
         std::vector<Scratch> scratch;
         Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
         std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
@@ -79,7 +79,7 @@ class DeformationEnergy {
     /// rotations only lower it, and is the smooth part of the first; 2 s on the diagonal at soft anchors. The same
     /// bits for any number of threads.
     /// @throws Cancelled.
-    SparseMatrix constant_hessian(double rigidity, int threads, const Execution& execution) const;
+    SparseMatrix initial_hessian(double rigidity, int threads, const Execution& execution) const;
 
     /// The rest of that matrix: how the gradient at each free vertex changes with each fixed one.
     /// @throws Cancelled.
@@ -91,15 +91,15 @@ class DeformationEnergy {
 
   private:
     void index_uses(const Execution& execution);
-    double evaluate_patch(std::size_t patch, const PositionsView& positions, double stretching, PaddedPoint* shares,
+    double evaluate_block(std::size_t block, const PositionsView& positions, double stretching, PaddedPoint* shares,
                           Workspace::Scratch& scratch) const;
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     SoftConstraints soft_constraints_;
     EnergyKernel kernel_;
-    EnergyPatches rows_;
-    // Where each free vertex' shares are, in the order of the patches.
+    EnergyBlockes rows_;
+    // Where each free vertex' shares are, in the order of the blocks.
     std::vector<Index> use_start_;  // |V'| + 1
     std::vector<Index> uses_;
 };

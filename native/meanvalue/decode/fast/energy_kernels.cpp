@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "meanvalue/decode/fast/lane_rotation.h"
-#include "meanvalue/decode/fast/lanes.h"
+#include "meanvalue/decode/fast/simd_closest_rotation.h"
+#include "meanvalue/decode/fast/simd_lanes.h"
 
 namespace meanvalue {
 namespace {

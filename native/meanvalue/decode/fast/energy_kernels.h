@@ -21,7 +21,7 @@ struct alignas(kRowLanes * sizeof(double)) PaddedPoint {
     double value[kRowLanes];
 };
 
-/// Four rows whose rings are equally long. Vertices are numbered within the patch that the batch belongs to. Where
+/// Four rows whose rings are equally long. Vertices are numbered within the block that the batch belongs to. Where
 /// there are fewer rows, the lanes left over repeat the first, with zeros for what multiplies their energy.
 struct RowBatch {
     RowLanes softening;        ///< see SoftNormal
@@ -73,7 +73,7 @@ class KernelScratch {
 };
 
 /// E of `count` batches. Adds its derivative by each vertex to `gradient`, batch after batch in their order.
-/// @param positions, gradient of the vertices of the patch.
+/// @param positions, gradient of the vertices of the block.
 /// @param stretching what the second sum is multiplied with; 0: it is not made.
 using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
                                 const PaddedPoint* positions, double stretching, KernelScratch& scratch,

@@ -123,7 +123,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
-        SparseMatrix hessian = level->energy->constant_hessian(rigidity, threads_, execution);
+        SparseMatrix hessian = level->energy->initial_hessian(rigidity, threads_, execution);
         for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
             diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex

@@ -1,4 +1,4 @@
-#include "meanvalue/decode/fast/energy_patches.h"
+#include "meanvalue/decode/fast/energy_blocks.h"
 
 #include <algorithm>
 #include <numeric>
@@ -18,18 +18,18 @@ constexpr double kIsolatedAnchorWeight = 70.0;
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
 
-// Rows of a patch: the more, the fewer points are in several patches, and the fewer lanes are left over.
-constexpr std::size_t kPatchRows = 2048;
+// Rows of a block: the more, the fewer points are in several blocks, and the fewer lanes are left over.
+constexpr std::size_t kBlockRows = 2048;
 
 /// A weight to the power of the share of all weights that counts.
 double share_of(double weight, double by_length) {
     return by_length == 1.0 ? weight : power(weight, by_length);
 }
 
-class PatchBuilder {
+class BlockBuilder {
   public:
-    PatchBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-                 double by_length, EnergyPatches& result)
+    BlockBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
+                 double by_length, EnergyBlockes& result)
         : encoding_(encoding),
           unknowns_(unknowns),
           cells_(cells),
@@ -42,32 +42,32 @@ class PatchBuilder {
 
     void build(const Execution& execution) {
         const std::size_t count = unknowns_.rows.size();
-        for (std::size_t begin = 0; begin < count; begin += kPatchRows) {
+        for (std::size_t begin = 0; begin < count; begin += kBlockRows) {
             execution.check();
-            add_batches(begin, std::min(begin + kPatchRows, count));
+            add_batches(begin, std::min(begin + kBlockRows, count));
         }
-        result_.patches.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
+        result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
         // So that nothing is copied as it grows.
         result_.bending_lanes.reserve(place_count_);
         result_.stretching_lanes.reserve(place_count_);
         result_.edge_lanes.reserve(place_count_);
         result_.vertex_lanes.reserve(place_count_);
         result_.points.reserve(count + count / 4);
-        for (std::size_t patch = 0; patch < result_.patch_count(); ++patch) {
+        for (std::size_t block = 0; block < result_.block_count(); ++block) {
             execution.check();
-            fill_patch(patch);
+            fill_block(block);
         }
-        result_.patches.back().first_point = static_cast<std::int64_t>(result_.points.size());
+        result_.blocks.back().first_point = static_cast<std::int64_t>(result_.points.size());
         result_.points.shrink_to_fit();
     }
 
   private:
     EncodedRing ring_of(std::size_t row) const { return encoding_.ring_of(unknowns_.rows[row]); }
 
-    /// Rows [begin, end) as one patch: batches in ascending valence, steep ones last, each with rows in ascending
+    /// Rows [begin, end) as one block: batches in ascending valence, steep ones last, each with rows in ascending
     /// order.
     void add_batches(std::size_t begin, std::size_t end) {
-        result_.patches.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
+        result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
         const auto kind = [&](std::size_t row) {
             const EncodedRing ring = ring_of(row);
             return std::make_pair(ring.normal_weights != nullptr, ring.valence);
@@ -93,12 +93,12 @@ class PatchBuilder {
         }
     }
 
-    void fill_patch(std::size_t patch) {
+    void fill_block(std::size_t block) {
         const std::size_t first_point = result_.points.size();
-        result_.patches[patch].first_point = static_cast<std::int64_t>(first_point);
-        const std::size_t begin = patch * kPatchRows;
-        number_points(first_point, begin, std::min(begin + kPatchRows, unknowns_.rows.size()));
-        for (auto batch = result_.patches[patch].first_batch; batch < result_.patches[patch + 1].first_batch; ++batch)
+        result_.blocks[block].first_point = static_cast<std::int64_t>(first_point);
+        const std::size_t begin = block * kBlockRows;
+        number_points(first_point, begin, std::min(begin + kBlockRows, unknowns_.rows.size()));
+        for (auto batch = result_.blocks[block].first_batch; batch < result_.blocks[block + 1].first_batch; ++batch)
             fill_batch(result_.batches[batch]);
         for (std::size_t k = first_point; k < result_.points.size(); ++k)
             point_of_[result_.points[k]] = -1;
@@ -120,7 +120,7 @@ class PatchBuilder {
         std::sort(first, result_.points.end());
         for (auto vertex = first; vertex != result_.points.end(); ++vertex)
             point_of_[*vertex] = static_cast<Index>(vertex - first);
-        result_.largest_patch = std::max(result_.largest_patch, static_cast<Index>(result_.points.end() - first));
+        result_.largest_block = std::max(result_.largest_block, static_cast<Index>(result_.points.end() - first));
     }
 
     void fill_batch(RowBatch& batch) {
@@ -179,11 +179,11 @@ class PatchBuilder {
     const RestCells& cells_;
     double size_;
     double by_length_;
-    EnergyPatches& result_;
+    EnergyBlockes& result_;
     std::int64_t place_count_ = 0;
     std::int64_t steep_count_ = 0;
     std::vector<Spoke> spokes_;    // of one row
-    std::vector<Index> point_of_;  // n: in the current patch, or -1
+    std::vector<Index> point_of_;  // n: in the current block, or -1
 };
 
 /// How much a row is that of an anchor without neighbors that are anchors: 0 or 1 where all are hard, and 0 in the
@@ -203,7 +203,7 @@ double isolation(const Encoding& encoding, const Unknowns& unknowns, const std::
 
 /// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, double by_length,
-                   const std::vector<double>& hardness, const Execution& execution, EnergyPatches& rows) {
+                   const std::vector<double>& hardness, const Execution& execution, EnergyBlockes& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
@@ -229,20 +229,20 @@ std::size_t bytes_of(const std::vector<T>& items) {
 
 }  // namespace
 
-EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                   double size, double by_length, const std::vector<double>& hardness,
-                                   const StiffRings* stiff, const Execution& execution) {
-    EnergyPatches result;
-    PatchBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
+EnergyBlockes build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                  double size, double by_length, const std::vector<double>& hardness,
+                                  const StiffRings* stiff, const Execution& execution) {
+    EnergyBlockes result;
+    BlockBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
     const StiffRings own =
         stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
-    result.stiff_spokes = stiff_spokes(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
+    result.hessian_springs = hessian_springs(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
     return result;
 }
 
-std::size_t EnergyPatches::bytes() const {
-    return bytes_of(bending) + bytes_of(stiff_spokes) + bytes_of(patches) + bytes_of(batches) +
+std::size_t EnergyBlockes::bytes() const {
+    return bytes_of(bending) + bytes_of(hessian_springs) + bytes_of(blocks) + bytes_of(batches) +
            bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(edge_lanes) + bytes_of(vertex_lanes) +
            bytes_of(steep_lanes) + bytes_of(points);
 }

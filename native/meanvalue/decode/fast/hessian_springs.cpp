@@ -1,4 +1,4 @@
-#include "meanvalue/decode/fast/stiff_spokes.h"
+#include "meanvalue/decode/fast/hessian_springs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,9 +56,9 @@ StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& 
     return stiff;
 }
 
-std::vector<StiffSpoke> stiff_spokes(const StiffRings& rings, const Encoding& encoding, const Unknowns& unknowns,
-                                     const std::vector<double>& bending) {
-    std::vector<StiffSpoke> spokes;
+std::vector<HessianSpring> hessian_springs(const StiffRings& rings, const Encoding& encoding,
+                                           const Unknowns& unknowns, const std::vector<double>& bending) {
+    std::vector<HessianSpring> spokes;
     std::size_t row = 0;  // both are in the order of vertices
     for (const StiffRings::Ring& ring : rings.rings) {
         while (row < unknowns.rows.size() && unknowns.rows[row] < ring.vertex)

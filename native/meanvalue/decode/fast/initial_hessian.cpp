@@ -26,7 +26,7 @@ struct Columns {
 
 class HessianAssembly {
   public:
-    HessianAssembly(const Encoding& encoding, const Unknowns& unknowns, const EnergyPatches& energy, double weight,
+    HessianAssembly(const Encoding& encoding, const Unknowns& unknowns, const EnergyBlockes& energy, double weight,
                     const Execution& execution)
         : encoding_(encoding), unknowns_(unknowns), energy_(energy), weight_(weight), execution_(execution) {
         row_start_.reserve(unknowns_.rows.size() + 1);
@@ -42,7 +42,7 @@ class HessianAssembly {
         }
         edges_.assign(row_start_.back(), {0.0, 0.0});
         if (weight_ > 0.0) collect_edges();
-        for (const StiffSpoke& spoke : energy_.stiff_spokes)
+        for (const HessianSpring& spoke : energy_.hessian_springs)
             edges_[row_start_[spoke.row] + spoke.place].spoke += spoke.stiffness;
     }
 
@@ -214,7 +214,7 @@ class HessianAssembly {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    const EnergyPatches& energy_;
+    const EnergyBlockes& energy_;
     double weight_;
     const Execution& execution_;
     std::vector<std::int64_t> row_start_;  // |rows| + 1: where a row's edges begin
@@ -227,7 +227,7 @@ class HessianAssembly {
 
 }  // namespace
 
-SparseMatrix DeformationEnergy::constant_hessian(double rigidity, int threads, const Execution& execution) const {
+SparseMatrix DeformationEnergy::initial_hessian(double rigidity, int threads, const Execution& execution) const {
     // Found and copied in parts: looks come between them, and none is so large that it is slow to grow or to free.
     constexpr Index kColumnsOfPart = 2048;
     const auto size = static_cast<Index>(unknowns_.free.size());

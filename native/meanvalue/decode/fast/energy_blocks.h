@@ -6,27 +6,27 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
+#include "meanvalue/decode/fast/hessian_springs.h"
 #include "meanvalue/decode/fast/rest_cells.h"
-#include "meanvalue/decode/fast/stiff_spokes.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
 
-/// Consecutive rows, and the vertices that they depend on, its points: numbered from 0 in each patch, and few enough
+/// Consecutive rows, and the vertices that they depend on, its points: numbered from 0 in each block, and few enough
 /// to stay in the cache while rows read their positions and add to their gradients.
-struct EnergyPatch {
+struct EnergyBlock {
     std::int64_t first_point;
     std::int64_t first_batch;
 };
 
 /// Memory is about 6 x 60 bytes for each row of six neighbors, 40 for the row, and 4 for each point.
-struct EnergyPatches {
-    std::vector<double> bending;           ///< a_i, |rows|
-    double stretching = 0.0;               ///< (h/D)^2
-    std::vector<StiffSpoke> stiff_spokes;  ///< by row, then by place
+struct EnergyBlockes {
+    std::vector<double> bending;                 ///< a_i, |rows|
+    double stretching = 0.0;                     ///< (h/D)^2
+    std::vector<HessianSpring> hessian_springs;  ///< by row, then by place
 
-    std::vector<EnergyPatch> patches;  ///< and one more, where the last ends
+    std::vector<EnergyBlock> blocks;  ///< and one more, where the last ends
     std::vector<RowBatch> batches;
     std::vector<BendingLanes> bending_lanes;  ///< for each batch as many as its valence
     std::vector<StretchingLanes> stretching_lanes;
@@ -34,10 +34,10 @@ struct EnergyPatches {
     std::vector<VertexLanes> vertex_lanes;
     std::vector<RowLanes> steep_lanes;  ///< for each steep batch as many as its valence
     std::vector<Index> points;          ///< vertex numbers
-    Index largest_patch = 0;            ///< in points
+    Index largest_block = 0;            ///< in points
     Index longest_ring = 0;
 
-    std::size_t patch_count() const { return patches.size() - 1; }
+    std::size_t block_count() const { return blocks.size() - 1; }
     RingLanes rings() const {
         return {bending_lanes.data(), stretching_lanes.data(), edge_lanes.data(), vertex_lanes.data(),
                 steep_lanes.data()};
@@ -50,8 +50,8 @@ struct EnergyPatches {
 /// curved at rest count more in the second sum; at 0 all are alike.
 /// @param hardness n, SoftConstraints::hardness(): soft anchors are as much of an anchor as that.
 /// @param stiff of all rows at least, or nullptr: they are found. @throws Cancelled.
-EnergyPatches build_energy_patches(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                   double size, double by_length, const std::vector<double>& hardness,
-                                   const StiffRings* stiff, const Execution& execution);
+EnergyBlockes build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                  double size, double by_length, const std::vector<double>& hardness,
+                                  const StiffRings* stiff, const Execution& execution);
 
 }  // namespace meanvalue

@@ -11,8 +11,8 @@
 
 namespace meanvalue {
 
-/// The vertices whose prediction changes far more with their ring than its weights say: what stiff_spokes() takes of
-/// the shape alone, whatever is fixed.
+/// The vertices whose prediction changes far more with their ring than its weights say: what hessian_springs() takes
+/// of the shape alone, whatever is fixed.
 struct StiffRings {
     struct Ring {
         Index vertex;
@@ -29,15 +29,15 @@ struct StiffRings {
 StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
                             const Execution& execution);
 
-/// A spoke of a row that resists by more than the smooth part of its prediction: see stiff_spokes().
-struct StiffSpoke {
+/// A spoke of a row that resists by more than the smooth part of its prediction: see hessian_springs().
+struct HessianSpring {
     Index row;
     Index place;  ///< in the ring
     double stiffness;
 };
 
 /// By row, then by place. @param rings of all rows at least; @param bending a_i of each row.
-std::vector<StiffSpoke> stiff_spokes(const StiffRings& rings, const Encoding& encoding, const Unknowns& unknowns,
-                                     const std::vector<double>& bending);
+std::vector<HessianSpring> hessian_springs(const StiffRings& rings, const Encoding& encoding,
+                                           const Unknowns& unknowns, const std::vector<double>& bending);
 
 }  // namespace meanvalue

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "meanvalue/decode/fast/lanes.h"
+#include "meanvalue/decode/fast/simd_lanes.h"
 #include "meanvalue/linalg/closest_rotation.h"
 
 namespace meanvalue {
