@@ -45,7 +45,7 @@ std::optional<Positions> predicted(const Shape& shape, const std::vector<std::pa
     for (std::size_t k = 1; k < way.size(); ++k) {
         EXPECT_EQ(begins(predictor, here, Shape::drivers(way[k - 1].first, way[k - 1].second)), k > 1);
         here = shape.at(way[k].first, way[k].second);
-        predictor.note(here, Shape::drivers(way[k].first, way[k].second), 1.0);
+        predictor.note(here, Shape::drivers(way[k].first, way[k].second));
     }
     EXPECT_EQ(begins(predictor, here, Shape::drivers(way.back().first, way.back().second)), way.size() > 1);
     if (!predictor.predict(Shape::drivers(a, b), here, threads, Execution())) return {};
@@ -100,8 +100,7 @@ TEST(SecantPredictor, WhatIsForgottenOrWasBrokenOffPredictsNothing) {
     EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0)));
     EXPECT_FALSE(begins(predictor, here, Shape::drivers(0, 0))) << "there was no note()";
     here = shape.at(1, 0);
-    predictor.note(here, Shape::drivers(1, 0), 2.5);
-    EXPECT_EQ(predictor.energy(), 2.5);
+    predictor.note(here, Shape::drivers(1, 0));
     EXPECT_TRUE(begins(predictor, here, Shape::drivers(1, 0)));
     EXPECT_TRUE(begins(predictor, here, Shape::drivers(1, 0))) << "broken off, but it began at an answer";
     predictor.forget();
@@ -116,7 +115,7 @@ TEST(SecantPredictor, AnySizeIsPredicted) {
         Positions here = size * shape.at(0, 0);
         begins(predictor, here, size * Shape::drivers(0, 0));
         here = size * shape.at(1, 0);
-        predictor.note(here, size * Shape::drivers(1, 0), 1.0);
+        predictor.note(here, size * Shape::drivers(1, 0));
         ASSERT_TRUE(predictor.predict(size * Shape::drivers(2, 0), here, 1, Execution()));
         EXPECT_LT(largest_distance(here, size * shape.at(2, 0)), kRounding * size);
     }

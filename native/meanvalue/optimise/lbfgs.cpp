@@ -62,12 +62,6 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
     bool is_inherited = !history_.empty();
     trial_ = positions;
     double value = energy(positions, gradient_);
-    // Written so that what is not a number is refused as well.
-    report.is_refused = std::isfinite(options.highest_start) && !(value <= options.highest_start);
-    if (report.is_refused) {
-        report.energies.push_back(value);
-        return report;
-    }
     if (!std::isfinite(value)) throw SolverFailure("the energy of the start is not finite");
     report.energies.push_back(value);
     report.initial_gradient = gradient_.norm();

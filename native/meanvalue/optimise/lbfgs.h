@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -25,8 +24,6 @@ struct LbfgsOptions {
     int patience = 0;
     int max_iterations = 100;
     int threads = 1;
-    /// A start that is not at or below this is refused, and nothing is done.
-    double highest_start = std::numeric_limits<double>::infinity();
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;
     /// Scale the initial Hessian by the lengths of the steps, as they come.
@@ -38,10 +35,9 @@ struct LbfgsReport {
     double initial_gradient = 0.0;  ///< norm of dE/dV' at the start
     double gradient = 0.0;          ///< and at the end
     bool converged = false;
-    bool is_refused = false;  ///< the start
-    bool at_limit = false;    ///< of iterations
-    bool left_off = false;    ///< out of patience, and not converged
-    // If none of the four is set, no step lowers the energy further.
+    bool at_limit = false;  ///< of iterations
+    bool left_off = false;  ///< out of patience, and not converged
+    // If none of the three is set, no step lowers the energy further.
 
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };

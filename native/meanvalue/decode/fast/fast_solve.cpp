@@ -6,10 +6,6 @@
 namespace meanvalue {
 namespace {
 
-// A start that is near a minimum takes fewer steps of the whole mesh.
-constexpr int kMostWarmSteps = 60;
-constexpr int kLookBack = 10;
-constexpr double kStillFalling = 0.95;
 // Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
 // and after so many iterations in a drag, whose next frames make up for what is left in a valley.
 constexpr double kEnergyTolerance = 50.0;
@@ -25,7 +21,6 @@ DecodeReport FastSolve::run(Positions& positions) {
     if (problem_.levels.front()->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
-    former_soft_targets_ = work_.levels.front().energy.soft_targets;
     set_soft_targets();
     if (work_.levels.front().energy.soft_weights !=
         former_weights) {  // another energy: what was learnt does not hold
@@ -34,51 +29,25 @@ DecodeReport FastSolve::run(Positions& positions) {
     }
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
-    const int warm_limit = std::min(options_.max_iterations, kMostWarmSteps);
     const bool has_history = std::exchange(work_.keeps_history, false);
-    bool keep_history = false;
-    StopRule rule;
+    LbfgsOptions lbfgs = lbfgs_options(options_.tolerance, options_.max_iterations);
     if (is_cold) {
-        rule = cold_rule();
         start_cold(positions);
     } else {
         const StageTimer timer(timings_, "follow");
-        follow_drag(*options_.previous, positions);
-        keep_history = goes_on_ && has_history && history_is_exact();
-        if (goes_on_ && !options_.is_last) rule = drag_rule();
+        start_warm(*options_.previous, positions);
+        const bool may_leave_off = goes_on_ && !options_.is_last;
+        if (!may_leave_off) lbfgs.energy_tolerance = 0.0;
+        lbfgs.patience = may_leave_off ? kPatience : 0;
+        lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
     }
-    const auto minimise_whole = [&](int limit) {
+    LbfgsReport minimised;
+    {
         const StageTimer timer(timings_, "minimise");
-        LbfgsOptions options = lbfgs_options(options_.tolerance, limit, rule);
-        options.highest_start = std::exchange(highest_start_, std::numeric_limits<double>::infinity());
-        options.keep_history = keep_history;
-        return minimise(whole(), problem_.levels.front()->stages.size() - 1, options, positions);
-    };
-    LbfgsReport minimised = minimise_whole(is_cold ? options_.max_iterations : warm_limit);
-    if (minimised.is_refused) {
-        const StageTimer timer(timings_, "follow");
-        follow_otherwise(*options_.previous, minimised.energies.front(), positions);
-        minimised = minimise_whole(warm_limit);
-    }
-    if (!is_cold && minimised.at_limit && warm_limit < options_.max_iterations) {
-        // Where the energy still falls, the start was not near a minimum, and one from rest costs less than what may
-        // still be before this one. In a valley that was dragged into, it falls slowly: there the shape stays.
-        const std::vector<double>& energies = minimised.energies;
-        keep_history =
-            !(problem_.rigidity > 0.0 && energies.back() < kStillFalling * energies[energies.size() - 1 - kLookBack]);
-        if (!keep_history) {
-            start_afresh_if_lower(energies.back(), positions);
-            rule = {};
-        }
-        const LbfgsReport rest = minimise_whole(options_.max_iterations - warm_limit);
-        minimised.energies.insert(minimised.energies.end(), rest.energies.begin() + 1, rest.energies.end());
-        minimised.gradient = rest.gradient;
-        minimised.converged = rest.converged;
-        minimised.at_limit = rest.at_limit;
-        minimised.left_off = rest.left_off;
+        minimised = minimise(whole(), problem_.levels.front()->stages.size() - 1, lbfgs, positions);
     }
     if (!is_cold && options_.in_drag && !options_.is_last) {
-        work_.predictor.note(positions, drivers_of(positions), minimised.energies.back());
+        work_.predictor.note(positions, drivers(positions, soft_targets()));
         work_.keeps_history = true;
     }
     report.iterations = minimised.iterations();
@@ -93,14 +62,6 @@ DecodeReport FastSolve::run(Positions& positions) {
                                               : "no step lowers the energy further";
     report.timings = std::move(timings_);
     return report;
-}
-
-FastSolve::StopRule FastSolve::cold_rule() const {
-    return {problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0, 0};
-}
-
-FastSolve::StopRule FastSolve::drag_rule() const {
-    return {cold_rule().energy_tolerance, kPatience};
 }
 
 /// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
@@ -136,11 +97,10 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
     return {factor, work_.factor, &downdate};
 }
 
-LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations, const StopRule& rule) const {
+LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations) const {
     LbfgsOptions options;
     options.step_tolerance = tolerance * problem_.size;
-    options.energy_tolerance = rule.energy_tolerance;
-    options.patience = rule.patience;
+    options.energy_tolerance = problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0;
     options.max_iterations = max_iterations;
     return options;
 }
@@ -173,10 +133,6 @@ void FastSolve::pull_free_anchors_to(const Positions& positions) {
             if (work.soft_weights[k] == 0.0) work.soft_targets.row(k) = positions.row(anchors[k].vertex);
         }
     }
-}
-
-void FastSolve::put_targets(Positions& positions) const {
-    problem_.levels.front()->energy->soft_constraints().put(work_.levels.front().energy.soft_targets, positions);
 }
 
 /// Puts the fixed vertices of `positions` to where they are at `fraction` of the path, and moves the targets of soft

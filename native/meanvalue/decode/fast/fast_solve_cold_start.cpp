@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 
@@ -40,22 +39,8 @@ void FastSolve::start_cold(Positions& positions) {
 /// To a minimum at the rigidity asked for, as exactly as a stage on the way needs. @return the energy.
 double FastSolve::relax(Level level, Positions& positions) {
     const LbfgsOptions options =
-        lbfgs_options(std::max(options_.tolerance, kStageTolerance), options_.max_iterations, cold_rule());
+        lbfgs_options(std::max(options_.tolerance, kStageTolerance), options_.max_iterations);
     return minimise(level, level.bound.stages.size() - 1, options, positions).energies.back();
-}
-
-/// Starts from rest, and keeps that where it is below `energy`, that of `positions`.
-void FastSolve::start_afresh_if_lower(double energy, Positions& positions) {
-    set_soft_targets();
-    Positions fresh = positions;
-    put_targets(fresh);
-    try {
-        start_cold(fresh);
-    } catch (const SolverFailure&) {
-        fresh = positions;  // what was found stays
-    }
-    set_soft_targets();
-    if (energy_of(whole(), fresh) < energy) std::swap(positions, fresh);
 }
 
 /// n numbers: what fixed vertices and soft anchors count where a part is carried along with them; empty: all alike.
@@ -112,7 +97,7 @@ void FastSolve::start_from_rest(Positions& positions) {
 double FastSolve::relax_stage_by_stage(Positions& positions) {
     const Level level = coarsest();
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageSteps, cold_rule()), positions);
+        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageSteps), positions);
     return relax(level, positions);
 }
 
@@ -121,8 +106,7 @@ double FastSolve::follow(const HandlePaths::Path& path, Positions& positions) {
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kTurnOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kFollowTolerance, kMostFollowSteps, cold_rule()),
-                 positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kFollowTolerance, kMostFollowSteps), positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);

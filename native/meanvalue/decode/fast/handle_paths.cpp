@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/linalg/procrustes.h"
+#include "meanvalue/mesh/disjoint_sets.h"
 
 namespace meanvalue {
 namespace {
@@ -26,13 +27,6 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
     fit.scale = 1.0;
     fit.translation = to.colwise().mean().transpose() - fit.rotation * Vector3(from.colwise().mean().transpose());
     return fit;
-}
-
-Positions rows(const Positions& of, const std::vector<std::size_t>& numbers) {
-    Positions result(static_cast<Eigen::Index>(numbers.size()), 3);
-    for (std::size_t k = 0; k < numbers.size(); ++k)
-        result.row(static_cast<Eigen::Index>(k)) = of.row(static_cast<Eigen::Index>(numbers[k]));
-    return result;
 }
 
 }  // namespace
@@ -66,61 +60,35 @@ HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, co
                          const std::vector<Index>& handles, double size, const Execution& execution)
     : size_(size) {
     const auto count = static_cast<Index>(is_fixed.size());
-    std::vector<Index> piece(count);
-    std::iota(piece.begin(), piece.end(), 0);
-    const auto find = [&](Index v) {
-        while (piece[v] != v)
-            v = piece[v] = piece[piece[v]];
-        return v;
-    };
-    // The lower number names the piece, so that the order does not depend on the order of joining.
-    const auto join = [&](Index a, Index b) {
-        a = find(a);
-        b = find(b);
-        piece[std::max(a, b)] = std::min(a, b);
-    };
+    DisjointSets pieces(count);
     std::map<Index, Index> first_of_handle;
     for (Index v = 0; v < count; ++v) {
         execution.check_every(v);
         if (!is_fixed[v]) continue;
-        if (!handles.empty() && handles[v] >= 0) join(first_of_handle.try_emplace(handles[v], v).first->second, v);
+        if (!handles.empty() && handles[v] >= 0)
+            pieces.join(first_of_handle.try_emplace(handles[v], v).first->second, v);
         for (Index k = encoding.ring_offsets[v]; k < encoding.ring_offsets[v + 1]; ++k) {
             const Index other = encoding.ring[k];
-            if (is_fixed[other] && (handles.empty() || handles[other] == handles[v])) join(v, other);
+            if (is_fixed[other] && (handles.empty() || handles[other] == handles[v])) pieces.join(v, other);
         }
     }
     for (Index v = 0; v < count; ++v) {
         if (is_fixed[v]) vertices_.push_back(v);
     }
     execution.check();
-    std::stable_sort(vertices_.begin(), vertices_.end(), [&](Index a, Index b) { return find(a) < find(b); });
-    rest_.resize(static_cast<Eigen::Index>(vertices_.size()), 3);
-    for (std::size_t k = 0; k < vertices_.size(); ++k) {
-        rest_.row(k) = rest.row(vertices_[k]);
-        if (k + 1 == vertices_.size() || find(vertices_[k + 1]) != find(vertices_[k])) starts_.push_back(k + 1);
+    std::stable_sort(vertices_.begin(), vertices_.end(),
+                     [&](Index a, Index b) { return pieces.root(a) < pieces.root(b); });
+    rest_ = rest(vertices_, Eigen::all);
+    for (std::size_t k = 1; k <= vertices_.size(); ++k) {
+        const bool is_last = k == vertices_.size() || pieces.root(vertices_[k]) != pieces.root(vertices_[k - 1]);
+        if (is_last) starts_.push_back(k);
     }
 }
 
-Positions HandlePaths::rows_of(const PositionsView& positions) const {
-    Positions rows(rest_.rows(), 3);
-    for (std::size_t k = 0; k < vertices_.size(); ++k)
-        rows.row(k) = positions.row(vertices_[k]);
-    return rows;
-}
-
-HandlePaths::Path HandlePaths::path_to(const PositionsView& placed, const std::vector<char>& is_free) const {
-    return path_of(rest_, rows_of(placed), is_free);
-}
-
-HandlePaths::Path HandlePaths::path_between(const PositionsView& from, const PositionsView& to) const {
-    return path_of(rows_of(from), rows_of(to), {});
-}
-
-HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends, const std::vector<char>& is_free) const {
+HandlePaths::Path HandlePaths::path_to(const PositionsView& placed_at, const std::vector<char>& is_free) const {
     Path path;
     path.pieces_ = this;
-    path.begins_ = std::move(begins);
-    path.ends_ = std::move(ends);
+    path.ends_ = placed_at(vertices_, Eigen::all);
     for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
         std::vector<std::size_t> placed;
         std::vector<std::size_t> free;
@@ -129,8 +97,8 @@ HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends, const s
         ScrewMotion motion;
         bool rigid = false;
         if (placed.size() >= kFewestForTurn) {
-            const Positions from = rows(path.begins_, placed);
-            const Positions to = rows(path.ends_, placed);
+            const Positions from = rest_(placed, Eigen::all);
+            const Positions to = path.ends_(placed, Eigen::all);
             const Similarity fit = rigid_fit(from, to);
             // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
             const Vector3 middle = from.colwise().mean();
@@ -139,7 +107,7 @@ HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends, const s
             const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
             rigid = missed.rowwise().norm().maxCoeff() < kRigid * size_;
             for (const std::size_t k : free) {
-                if (rigid) path.ends_.row(k) = fit.apply(path.begins_.row(k)).transpose();
+                if (rigid) path.ends_.row(k) = fit.apply(rest_.row(k)).transpose();
             }
         }
         path.is_rigid_.push_back(rigid);
@@ -149,14 +117,10 @@ HandlePaths::Path HandlePaths::path_of(Positions begins, Positions ends, const s
     return path;
 }
 
-double HandlePaths::Path::largest_move() const {
-    return ends_.rows() == 0 ? 0.0 : std::sqrt((ends_ - begins_).rowwise().squaredNorm().maxCoeff());
-}
-
 void HandlePaths::Path::place(double fraction, Positions& positions) const {
     for (std::size_t piece = 0; piece < motions_.size(); ++piece) {
         for (std::size_t k = pieces_->starts_[piece]; k < pieces_->starts_[piece + 1]; ++k) {
-            const Vector3 begin = begins_.row(k);
+            const Vector3 begin = pieces_->rest_.row(k);
             const Vector3 end = ends_.row(k);
             Vector3 point = end;  // exact at the end
             if (fraction < 1.0)

@@ -31,13 +31,11 @@ class HandlePaths {
     HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
                 const std::vector<Index>& handles, double size, const Execution& execution);
 
-    /// The path of the fixed vertices from one place to another: rigid pieces along their screws, others straight.
+    /// The path of the fixed vertices from rest to another place: rigid pieces along their screws, others straight.
     class Path {
       public:
         /// The largest angle that any piece turns by.
         double largest_angle_rad() const { return largest_angle_rad_; }
-        /// The farthest that any vertex moves, from its first place to its last.
-        double largest_move() const;
         /// Puts every fixed vertex to where it is at `fraction` of the path; the others are not touched.
         void place(double fraction, Positions& positions) const;
 
@@ -46,19 +44,14 @@ class HandlePaths {
         const HandlePaths* pieces_ = nullptr;
         std::vector<ScrewMotion> motions_;
         std::vector<char> is_rigid_;
-        Positions begins_;  // of the fixed vertices, piece by piece
-        Positions ends_;
+        Positions ends_;  // of the fixed vertices, piece by piece
         double largest_angle_rad_ = 0.0;
     };
-    Path path_between(const PositionsView& from, const PositionsView& to) const;
     /// From rest. @param is_free n flags, or empty: those that have no place go along with their piece where that is
-    ///        rigid, else to where they are in `placed`.
-    Path path_to(const PositionsView& placed, const std::vector<char>& is_free = {}) const;
+    ///        rigid, else to where they are in `placed_at`.
+    Path path_to(const PositionsView& placed_at, const std::vector<char>& is_free = {}) const;
 
   private:
-    Positions rows_of(const PositionsView& positions) const;
-    Path path_of(Positions begins, Positions ends, const std::vector<char>& is_free) const;
-
     Positions rest_;  // of the fixed vertices, piece by piece
     std::vector<Index> vertices_;
     std::vector<std::size_t> starts_ = {0};  // of the pieces in vertices_, then the total

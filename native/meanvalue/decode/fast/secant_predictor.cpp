@@ -86,7 +86,7 @@ bool SecantPredictor::predict(const Positions& goal, Positions& positions, int t
     return true;
 }
 
-void SecantPredictor::note(const Positions& answer, const Positions& drivers, double energy) {
+void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
     is_answer_ = false;
     if (drivers != drivers_) {
         Change change;
@@ -103,7 +103,6 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers, do
     }
     answer_ = answer;
     drivers_ = drivers;
-    energy_ = energy;
     is_answer_ = true;
 }
 

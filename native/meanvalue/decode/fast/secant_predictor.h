@@ -31,11 +31,9 @@ class SecantPredictor {
 
     void forget();
 
-    /// After the solve. @param answer n x 3; @param drivers d x 3; @param energy at the answer.
-    void note(const Positions& answer, const Positions& drivers, double energy);
+    /// After the solve. @param answer n x 3; @param drivers d x 3.
+    void note(const Positions& answer, const Positions& drivers);
 
-    /// At the last answer.
-    double energy() const { return energy_; }
     /// Of so many vertices and drivers, once all is in use.
     static std::size_t bytes(std::size_t vertices, std::size_t drivers);
 
@@ -52,7 +50,6 @@ class SecantPredictor {
     std::deque<Change> changes_;  // the latest first
     Positions answer_;            // n x 3
     Positions drivers_;           // d x 3
-    double energy_ = 0.0;
 };
 
 }  // namespace meanvalue
