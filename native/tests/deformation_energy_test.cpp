@@ -42,7 +42,7 @@ struct Evaluation {
 /// The energy and its gradient in plain scalar arithmetic, row after row.
 class ScalarRows {
   public:
-    ScalarRows(const Encoding& encoding, const Unknowns& unknowns, const EnergyBlockes& rows)
+    ScalarRows(const Encoding& encoding, const Unknowns& unknowns, const EnergyBlocks& rows)
         : encoding_(encoding), unknowns_(unknowns), rows_(rows) {}
 
     Evaluation evaluate(const Positions& pose, double rigidity) const {
@@ -81,13 +81,13 @@ class ScalarRows {
         const EncodedRing ring = encoding_.ring_of(centre);
         // Calls visit(a, b, rest of a - b, weight) for each spoke and rim.
         const auto rest_of = [&](Index k) {
-            const EdgeLanes& edge = rows_.edge_lanes[batch.first + k];
+            const PlaceLanes& edge = rows_.places[batch.first + k];
             return Vector3(edge.x.value[lane], edge.y.value[lane], edge.z.value[lane]);
         };
         const auto for_each_edge = [&](const auto& visit) {
             for (Index k = 0; k < ring.valence; ++k) {
                 const Index next = (k + 1) % ring.valence;
-                const StretchingLanes& weights = rows_.stretching_lanes[batch.first + k];
+                const PlaceLanes& weights = rows_.places[batch.first + k];
                 visit(centre, ring.ring[k], rest_of(k), weights.spoke.value[lane]);
                 visit(ring.ring[next], ring.ring[k], Vector3(rest_of(k) - rest_of(next)), weights.rim.value[lane]);
             }
@@ -108,7 +108,7 @@ class ScalarRows {
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    const EnergyBlockes& rows_;
+    const EnergyBlocks& rows_;
 };
 
 /// A mesh at rest, with all that an energy needs. The first vertex of every `fixed_step` is fixed.
@@ -138,7 +138,7 @@ class Bound {
 
     Evaluation evaluate_scalar(const Positions& pose, double rigidity) const {
         const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
-        const EnergyBlockes rows =
+        const EnergyBlocks rows =
             build_energy_blocks(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, nullptr, execution_);
         return ScalarRows(encoding_, unknowns_, rows).evaluate(pose, rigidity);
     }
@@ -281,12 +281,12 @@ TEST(DeformationEnergy, IsTheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(ConstantHessian, IsTheSameForAnyNumberOfThreads) {
+TEST(InitialHessian, IsTheSameForAnyNumberOfThreads) {
     const Bound bound(with_noise(joined(torus(120, 70), steep_fans()), 0.1, 1));
     const Execution execution;
     for (const double rigidity : {0.0, 30.0}) {
-        const SparseMatrix one = bound.energy().initial_hessian(rigidity, 1, execution);
-        const SparseMatrix many = bound.energy().initial_hessian(rigidity, 3, execution);
+        const SparseMatrix one = bound.energy().initial_hessian(rigidity, 1, execution).matrix;
+        const SparseMatrix many = bound.energy().initial_hessian(rigidity, 3, execution).matrix;
         ASSERT_EQ(many.nonZeros(), one.nonZeros());
         EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), many.valuePtr()));
         EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), many.innerIndexPtr()));
@@ -294,12 +294,12 @@ TEST(ConstantHessian, IsTheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
+TEST(InitialHessian, IsNearTheSecondDerivativeAtRest) {
     // An upper bound but for terms of the bending that it leaves out, and not a loose one.
     const Bound bound(with_noise(sphere(2), 0.2, 1));
     DeformationEnergy energy = bound.energy();
     const Execution execution;
-    const SparseMatrix hessian = energy.initial_hessian(50.0, 1, execution);
+    const SparseMatrix hessian = energy.initial_hessian(50.0, 1, execution).matrix;
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     const Positions& rest = bound.mesh().vertices;
@@ -324,14 +324,13 @@ TEST(ConstantHessian, IsNearTheSecondDerivativeAtRest) {
     }
 }
 
-TEST(ConstantHessian, WithTheFixedVerticesItsRowsSumToZero) {
+TEST(InitialHessian, WithTheFixedVerticesItsRowsSumToZero) {
     // What moves all vertices alike costs nothing: the block of the fixed vertices is the rest of the same matrix.
     const Bound bound(with_noise(joined(torus(30, 20), steep_fans()), 0.3, 1));
     const DeformationEnergy energy = bound.energy();
     const Execution execution;
     for (const double rigidity : {0.0, 15.0}) {
-        const SparseMatrix hessian = energy.initial_hessian(rigidity, 1, execution);
-        const FixedCoupling coupling = energy.fixed_coupling(rigidity, execution);
+        const auto [hessian, coupling] = energy.initial_hessian(rigidity, 1, execution);
         ASSERT_EQ(coupling.matrix.rows(), hessian.cols());
         ASSERT_EQ(coupling.matrix.cols(), static_cast<Eigen::Index>(coupling.vertices.size()));
         for (const Index v : coupling.vertices)

@@ -30,9 +30,9 @@ double any_power(double base, double exponent) {
     return result;
 }
 
-/// CellRotations the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent
-/// weights the turn of a cell is that of the surface, however its edges lie.
-/// @param edges `valence` x `count`, which are turned.
+/// Rotates the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent
+/// weights the rotation of a cell is that of the surface, however its edges lie.
+/// @param edges `valence` x `count`, which are rotated.
 void align_edges(Index valence, Vector3* edges, Index count) {
     std::vector<Vector3> means(valence);
     std::vector<Spoke> spokes(valence);

@@ -8,7 +8,7 @@
 namespace meanvalue {
 namespace {
 
-constexpr double kTurn = 6.28318530717958647692;
+constexpr double kFullAngle = 6.28318530717958647692;
 // Of the sine and the cosine of half the angle: less tells no axis, or no angle.
 constexpr double kNothing = 1e-12;
 constexpr int kMeanRounds = 8;
@@ -78,9 +78,9 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     } else if (near_length > 0.0) {
         axis = near / near_length;
     }
-    // The nearest of the points angle + whole turns on the axis.
-    const double turns = std::floor((near.dot(axis) - angle) / kTurn + 0.5);
-    return (angle + turns * kTurn) * axis;
+    // The nearest of the angles that differ by whole rotations.
+    const double turns = std::floor((near.dot(axis) - angle) / kFullAngle + 0.5);
+    return (angle + turns * kFullAngle) * axis;
 }
 
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,

@@ -1,4 +1,4 @@
-// Rotations as vectors: their axis times their angle, also beyond half a turn.
+// Rotations as vectors: their axis times their angle, also beyond 180 degrees.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ Matrix3 rotation_by(const Vector3& vector);
 /// @param rotation orthogonal to rounding, determinant 1.
 Quaternion quaternion_of(const Matrix3& rotation);
 
-/// The vector of a rotation that is nearest to `near`: its angle may be beyond half a turn, or several turns.
+/// The vector of a rotation that is nearest to `near`: its angle may be beyond 180 degrees, or several times 360.
 Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector3::Zero());
 Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
 
@@ -25,7 +25,8 @@ Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                             Index count);
 
-/// Makes rotation vectors sum to zero: multiplies what they turn from, and returns that factor. By Newton's method.
+/// Makes rotation vectors sum to zero: multiplies the frame that they rotate from, and returns that factor. By
+/// Newton's method.
 /// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
 Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count);
 

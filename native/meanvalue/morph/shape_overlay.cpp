@@ -90,7 +90,7 @@ Matrix3 rotation_from(const LocalCells& cells, std::size_t shape, const std::vec
     return closest_rotation(sum);
 }
 
-/// Where a part fits best to the whole it enters: to each shape of that, turned and scaled as these are in between.
+/// Where a part fits best to the whole it enters: to each shape of that, rotated and scaled as these are in between.
 Similarity place_of_part(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
                          std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
                          const ShapeOverlay& overlay, const Execution& execution) {

@@ -54,7 +54,7 @@ struct Sequence {
                                         ///< another run's; NaN: failed
     std::vector<int> iterations;        ///< all_iterations
     std::vector<char> converged;
-    std::vector<FrameFailure> failures;  ///< frames that could not be solved: they hold the shape of the last that
+    std::vector<FrameFailure> failures;  ///< frames that could not be solved: they have the shape of the last that
                                          ///< could, or of rest where none could before
 };
 

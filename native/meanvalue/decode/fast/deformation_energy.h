@@ -17,13 +17,14 @@ namespace meanvalue {
 
 /// The block of a symmetric matrix between free and fixed vertices.
 struct FixedCoupling {
-    std::vector<Index> vertices;  ///< the fixed vertices that have any, ascending
+    std::vector<Index> vertices;  ///< the fixed vertices that rows of the energy depend on, ascending
     SparseMatrix matrix;          ///< |V'| x |vertices|, one number for each pair
+};
 
-    std::size_t bytes() const {
-        return vertices.size() * sizeof(Index) +
-               static_cast<std::size_t>(matrix.nonZeros()) * (sizeof(double) + sizeof(SparseMatrix::StorageIndex));
-    }
+/// The matrix that quasi-Newton steps begin with.
+struct InitialHessian {
+    SparseMatrix matrix;     ///< |V'| x |V'|, one number for each pair of free vertices (lower triangle)
+    FixedCoupling coupling;  ///< how the gradient at each free vertex changes with each fixed one
 };
 
 /// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
@@ -34,8 +35,9 @@ struct FixedCoupling {
 /// rigid as possible: Sorkine and Alexa 2007; with rims: Chao et al. 2010), larger where the rest pose is curved, as
 /// thin limbs are. With h_i the mean edge of row i at rest, a_i = h^2 / h_i^2, h^2 making them 1 in the mean, and D
 /// the size of the shape: the sums then approximate integrals over the surface of the squared change of curvature,
-/// and of squared strain over D^2, at any resolution, and rigidity has no unit. The row of a lone anchor counts many
-/// times more. The third sum is of soft anchors (SoftConstraints). docs/algorithm.md, "Rigidity" and "Soft anchors".
+/// and of squared strain over D^2, at any resolution, and rigidity has no unit. The row of an isolated anchor counts
+/// many times more. The third sum is of soft anchors (SoftConstraints). docs/algorithm.md, "Rigidity" and "Soft
+/// anchors".
 class DeformationEnergy {
   public:
     /// What an evaluation writes besides its result, and the targets of soft constraints: one for each solve that
@@ -74,16 +76,10 @@ class DeformationEnergy {
                     const Execution& execution, Workspace& workspace) const;
     Workspace make_workspace() const;
 
-    /// What of E's Hessian does not depend on the pose, one number for each pair of free vertices (lower triangle):
-    /// (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian with weights c. It bounds the second part, whose
-    /// rotations only lower it, and is the smooth part of the first; 2 s on the diagonal at soft anchors. The same
-    /// bits for any number of threads.
-    /// @throws Cancelled.
-    SparseMatrix initial_hessian(double rigidity, int threads, const Execution& execution) const;
-
-    /// The rest of that matrix: how the gradient at each free vertex changes with each fixed one.
-    /// @throws Cancelled.
-    FixedCoupling fixed_coupling(double rigidity, const Execution& execution) const;
+    /// What of E's Hessian does not depend on the pose: (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian
+    /// with weights c. It bounds the second part, whose rotations only lower it, and is the smooth part of the first;
+    /// 2 s on the diagonal at soft anchors. The same bits for any number of threads. @throws Cancelled.
+    InitialHessian initial_hessian(double rigidity, int threads, const Execution& execution) const;
 
     const SoftConstraints& soft_constraints() const { return soft_constraints_; }
 
@@ -98,7 +94,7 @@ class DeformationEnergy {
     const Unknowns& unknowns_;
     SoftConstraints soft_constraints_;
     EnergyKernel kernel_;
-    EnergyBlockes rows_;
+    EnergyBlocks rows_;
     // Where each free vertex' shares are, in the order of the blocks.
     std::vector<Index> use_start_;  // |V'| + 1
     std::vector<Index> uses_;

@@ -12,7 +12,7 @@ namespace {
 
 // How many times the row of an isolated anchor counts, a fixed vertex whose ring is free: the surface passes through
 // it with the curvature that it had, instead of hanging from it like a tent. Its neighbors' rows must not count more:
-// limbs turn about their anchors. docs/decisions/0007-rigidity.md has what was measured.
+// limbs rotate about their anchors. docs/decisions/0007-rigidity.md has what was measured.
 constexpr double kIsolatedAnchorWeight = 70.0;
 
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
@@ -29,7 +29,7 @@ double share_of(double weight, double by_length) {
 class BlockBuilder {
   public:
     BlockBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-                 double by_length, EnergyBlockes& result)
+                 double by_length, EnergyBlocks& result)
         : encoding_(encoding),
           unknowns_(unknowns),
           cells_(cells),
@@ -48,10 +48,8 @@ class BlockBuilder {
         }
         result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
         // So that nothing is copied as it grows.
-        result_.bending_lanes.reserve(place_count_);
-        result_.stretching_lanes.reserve(place_count_);
-        result_.edge_lanes.reserve(place_count_);
-        result_.vertex_lanes.reserve(place_count_);
+        result_.places.reserve(place_count_);
+        result_.vertices.reserve(place_count_);
         result_.points.reserve(count + count / 4);
         for (std::size_t block = 0; block < result_.block_count(); ++block) {
             execution.check();
@@ -124,12 +122,9 @@ class BlockBuilder {
     }
 
     void fill_batch(RowBatch& batch) {
-        const std::size_t places = batch.first + batch.valence;
-        result_.bending_lanes.resize(places);
-        result_.stretching_lanes.resize(places);
-        result_.edge_lanes.resize(places);
-        result_.vertex_lanes.resize(places);
-        if (batch.first_steep >= 0) result_.steep_lanes.resize(batch.first_steep + batch.valence);
+        result_.places.resize(batch.first + batch.valence);
+        result_.vertices.resize(batch.first + batch.valence);
+        if (batch.first_steep >= 0) result_.steep.resize(batch.first_steep + batch.valence);
         for (int lane = 0; lane < kRowLanes; ++lane) {
             const bool is_left_over = batch.row[lane] < 0;
             fill_lane(batch, lane, batch.row[is_left_over ? 0 : lane], is_left_over ? 0.0 : 1.0);
@@ -144,18 +139,17 @@ class BlockBuilder {
         batch.centre[lane] = point_of_[unknowns_.rows[row]];
         batch.softening.value[lane] = ring.softening;
         for (Index k = 0; k < ring.valence; ++k) {
-            const std::size_t place = batch.first + k;
-            result_.vertex_lanes[place].vertex[lane] = point_of_[ring.ring[k]];
-            result_.bending_lanes[place].weight.value[lane] = ring.weights[k];
-            result_.bending_lanes[place].height.value[lane] = ring.heights[k];
-            result_.stretching_lanes[place].spoke.value[lane] = count * spokes_[k].spoke;
-            result_.stretching_lanes[place].rim.value[lane] = count * spokes_[k].rim;
-            EdgeLanes& edge = result_.edge_lanes[place];
-            edge.x.value[lane] = spokes_[k].rest.x();
-            edge.y.value[lane] = spokes_[k].rest.y();
-            edge.z.value[lane] = spokes_[k].rest.z();
+            PlaceLanes& place = result_.places[batch.first + k];
+            result_.vertices[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
+            place.weight.value[lane] = ring.weights[k];
+            place.height.value[lane] = ring.heights[k];
+            place.spoke.value[lane] = count * spokes_[k].spoke;
+            place.rim.value[lane] = count * spokes_[k].rim;
+            place.x.value[lane] = spokes_[k].rest.x();
+            place.y.value[lane] = spokes_[k].rest.y();
+            place.z.value[lane] = spokes_[k].rest.z();
             if (ring.normal_weights != nullptr) {
-                result_.steep_lanes[batch.first_steep + k].value[lane] =
+                result_.steep[batch.first_steep + k].value[lane] =
                     kSteepScale * (ring.normal_weights[k] - ring.weights[k]);
             }
         }
@@ -179,7 +173,7 @@ class BlockBuilder {
     const RestCells& cells_;
     double size_;
     double by_length_;
-    EnergyBlockes& result_;
+    EnergyBlocks& result_;
     std::int64_t place_count_ = 0;
     std::int64_t steep_count_ = 0;
     std::vector<Spoke> spokes_;    // of one row
@@ -203,7 +197,7 @@ double isolation(const Encoding& encoding, const Unknowns& unknowns, const std::
 
 /// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, double by_length,
-                   const std::vector<double>& hardness, const Execution& execution, EnergyBlockes& rows) {
+                   const std::vector<double>& hardness, const Execution& execution, EnergyBlocks& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
@@ -222,29 +216,18 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     }
 }
 
-template <typename T>
-std::size_t bytes_of(const std::vector<T>& items) {
-    return items.capacity() * sizeof(T);
-}
-
 }  // namespace
 
-EnergyBlockes build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                  double size, double by_length, const std::vector<double>& hardness,
-                                  const StiffRings* stiff, const Execution& execution) {
-    EnergyBlockes result;
+EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                 double size, double by_length, const std::vector<double>& hardness,
+                                 const StiffRings* stiff, const Execution& execution) {
+    EnergyBlocks result;
     BlockBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
     scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
     const StiffRings own =
         stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
     result.hessian_springs = hessian_springs(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
     return result;
-}
-
-std::size_t EnergyBlockes::bytes() const {
-    return bytes_of(bending) + bytes_of(hessian_springs) + bytes_of(blocks) + bytes_of(batches) +
-           bytes_of(bending_lanes) + bytes_of(stretching_lanes) + bytes_of(edge_lanes) + bytes_of(vertex_lanes) +
-           bytes_of(steep_lanes) + bytes_of(points);
 }
 
 }  // namespace meanvalue

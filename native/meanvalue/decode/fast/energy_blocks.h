@@ -21,28 +21,23 @@ struct EnergyBlock {
 };
 
 /// Memory is about 6 x 60 bytes for each row of six neighbors, 40 for the row, and 4 for each point.
-struct EnergyBlockes {
+struct EnergyBlocks {
     std::vector<double> bending;                 ///< a_i, |rows|
     double stretching = 0.0;                     ///< (h/D)^2
     std::vector<HessianSpring> hessian_springs;  ///< by row, then by place
 
     std::vector<EnergyBlock> blocks;  ///< and one more, where the last ends
     std::vector<RowBatch> batches;
-    std::vector<BendingLanes> bending_lanes;  ///< for each batch as many as its valence
-    std::vector<StretchingLanes> stretching_lanes;
-    std::vector<EdgeLanes> edge_lanes;
-    std::vector<VertexLanes> vertex_lanes;
-    std::vector<RowLanes> steep_lanes;  ///< for each steep batch as many as its valence
-    std::vector<Index> points;          ///< vertex numbers
-    Index largest_block = 0;            ///< in points
+    std::vector<PlaceLanes> places;  ///< for each batch as many as its valence
+    std::vector<PlaceVertices> vertices;
+    std::vector<RowLanes> steep;  ///< for each steep batch as many as its valence
+    std::vector<Index> points;    ///< vertex numbers
+    Index largest_block = 0;      ///< in points
     Index longest_ring = 0;
 
     std::size_t block_count() const { return blocks.size() - 1; }
-    RingLanes rings() const {
-        return {bending_lanes.data(), stretching_lanes.data(), edge_lanes.data(), vertex_lanes.data(),
-                steep_lanes.data()};
-    }
-    std::size_t bytes() const;
+    RingLanes rings() const { return {places.data(), vertices.data(), steep.data()}; }
+    std::size_t bytes() const { return bytes_of(bending, batches, places, vertices, steep, points); }
 };
 
 /// @param cells of the encoding; @param size D, in the same units.
@@ -50,8 +45,8 @@ struct EnergyBlockes {
 /// curved at rest count more in the second sum; at 0 all are alike.
 /// @param hardness n, SoftConstraints::hardness(): soft anchors are as much of an anchor as that.
 /// @param stiff of all rows at least, or nullptr: they are found. @throws Cancelled.
-EnergyBlockes build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                  double size, double by_length, const std::vector<double>& hardness,
-                                  const StiffRings* stiff, const Execution& execution);
+EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                 double size, double by_length, const std::vector<double>& hardness,
+                                 const StiffRings* stiff, const Execution& execution);
 
 }  // namespace meanvalue

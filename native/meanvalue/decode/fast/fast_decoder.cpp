@@ -22,9 +22,9 @@ constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
 // Below this a coarse level is not worth its splits.
 constexpr std::size_t kSmallMesh = 2000;
-// Cold solves begin stiff: a stiff shape finds the right turn of every limb, and softer ones keep it.
+// Cold solves begin stiff: a stiff shape finds the rotation of every limb, and softer ones keep it.
 constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
-// On the diagonal of the constant matrices, as a share of itself: keeps them positive definite where anchors leave
+// Added to the diagonal of the initial Hessians, as a share of it: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
 
@@ -37,10 +37,10 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
               [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(problem_.soft.empty() ? 0 : region_.is_fixed.size(), 0);
     std::vector<char> is_anchor = region_.is_fixed;
-    if (!problem_.soft.empty()) problem_.hold.assign(region_.is_fixed.size(), 1.0);
+    if (!problem_.soft.empty()) problem_.carrying.assign(region_.is_fixed.size(), 1.0);
     for (const SoftAnchor& anchor : problem_.soft) {
         is_soft[anchor.vertex] = is_anchor[anchor.vertex] = 1;
-        problem_.hold[anchor.vertex] = hardness_of(anchor.strength);
+        problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
     problem_.handles =
         std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size, execution);
@@ -80,13 +80,6 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
     coarse.push_back(make_level(encoding_, cells, std::move(unknowns), problem_.soft, rigidities, execution));
-    const auto couple_fixed = [&](const FastLevel& level, FastStage& stage) {
-        stage.coupling = level.energy->fixed_coupling(stage.rigidity, execution);
-    };
-    FastLevel& whole = *coarse.back();
-    FastLevel& coarsest = *coarse.front();
-    if (!whole.stages.empty()) couple_fixed(whole, whole.stages.back());
-    if (!coarsest.stages.empty()) couple_fixed(coarsest, coarsest.stages.front());
     for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
         problem_.levels.push_back(std::move(*level));
 }
@@ -123,13 +116,15 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
-        SparseMatrix hessian = level->energy->initial_hessian(rigidity, threads_, execution);
+        InitialHessian initial = level->energy->initial_hessian(rigidity, threads_, execution);
+        SparseMatrix& hessian = initial.matrix;
         for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
             diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
         }
         FastStage stage;
         stage.rigidity = rigidity;
+        stage.coupling = std::move(initial.coupling);
         if (level->stages.empty()) {
             stage.factor = SupernodalFactor(instructions_);
             stage.factor.analyse(
@@ -187,7 +182,7 @@ std::size_t FastDecoder::bytes() const {
     for (const auto& level : problem_.levels) {
         sum += level->energy->bytes();
         for (const FastStage& stage : level->stages)
-            sum += stage.factor.bytes() + stage.coupling.bytes();
+            sum += stage.factor.bytes();
     }
     return sum;
 }

@@ -15,11 +15,11 @@
 
 namespace meanvalue {
 
-/// A rigidity, and the energy's constant Hessian with it: its factor, and its block of the fixed vertices.
+/// A rigidity, and the energy's initial Hessian with it: its factor, and its block of the fixed vertices.
 struct FastStage {
     double rigidity = 0.0;
     SupernodalFactor factor;
-    FixedCoupling coupling;  ///< where FastSolve::respond() needs it
+    FixedCoupling coupling;
 };
 
 /// One mesh of the hierarchy, with the energy on it at one or more rigidities.
@@ -35,7 +35,7 @@ struct FastProblem {
     double rigidity = 0.0;
     double size = 0.0;
     std::vector<SoftAnchor> soft;  ///< by ascending vertex
-    std::vector<double> hold;      ///< n: what each vertex counts in carrying parts; empty where all anchors are hard
+    std::vector<double> carrying;  ///< n: weight of each vertex when parts are carried; empty: all anchors are hard
     Hierarchy hierarchy;           ///< its levels are `levels` from the second on; empty where the mesh is small
     std::unique_ptr<const HandlePaths> handles;
     std::vector<std::unique_ptr<const FastLevel>> levels;  ///< the whole mesh first, the coarsest last

@@ -22,8 +22,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
     set_soft_targets();
-    if (work_.levels.front().energy.soft_weights !=
-        former_weights) {  // another energy: what was learnt does not hold
+    if (work_.levels.front().energy.soft_weights != former_weights) {  // another energy: the history is of no use
         work_.predictor.forget();
         work_.keeps_history = false;
     }

@@ -51,11 +51,11 @@ class FastSolve {
 
     // From rest.
     void start_cold(Positions& positions);
-    std::vector<double> hold_of_anchors() const;
+    std::vector<double> carrying_weights() const;
     void start_from_rest(Positions& positions);
     double relax(Level level, Positions& positions);
     double relax_stage_by_stage(Positions& positions);
-    double follow(const HandlePaths::Path& path, Positions& positions);
+    double minimise_along(const HandlePaths::Path& path, Positions& positions);
 
     // From an earlier answer.
     void start_warm(const Positions& previous, Positions& positions);

@@ -11,15 +11,15 @@ namespace {
 // Stages on the path, as shares of the size and in steps.
 constexpr double kStageTolerance = 2e-4;
 constexpr double kStiffTolerance = 5e-4;
-constexpr int kMostStageSteps = 40;
-// Handles that turn farther than this (120 degrees) are also followed along their path, in steps of at most the
-// second angle. Nearer ones are found as well from the stiff stages; docs/algorithm.md has the count.
-constexpr double kFarTurn = 2.1;
-constexpr double kTurnOfStep = 0.26;
-constexpr int kMostFollowSteps = 15;
-constexpr double kFollowTolerance = 1e-3;
-// Of soft anchors that are free for the time being: a part without any other stays.
-constexpr double kLeastHold = 1e-9;
+constexpr int kMostStageIterations = 40;
+// Handles that rotate by more than this (120 degrees) are also moved along their path, in steps of at most the second
+// angle. Smaller rotations are found as well from the stiff stages; docs/algorithm.md has the count.
+constexpr double kFarRotation = 2.1;
+constexpr double kRotationOfStep = 0.26;
+constexpr int kMostPathIterations = 15;
+constexpr double kPathTolerance = 1e-3;
+// Weight of soft anchors that are free for the time being, so that a part without any other stays where it is.
+constexpr double kLeastCarrying = 1e-9;
 
 }  // namespace
 
@@ -43,21 +43,21 @@ double FastSolve::relax(Level level, Positions& positions) {
     return minimise(level, level.bound.stages.size() - 1, options, positions).energies.back();
 }
 
-/// n numbers: what fixed vertices and soft anchors count where a part is carried along with them; empty: all alike.
-std::vector<double> FastSolve::hold_of_anchors() const {
-    std::vector<double> hold = problem_.hold;
-    if (options_.weights == nullptr) return hold;
+/// n weights of fixed vertices and soft anchors where a part is carried along with them; empty: all alike.
+std::vector<double> FastSolve::carrying_weights() const {
+    std::vector<double> carrying = problem_.carrying;
+    if (options_.weights == nullptr) return carrying;
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
-        double& of_anchor = hold[problem_.soft[k].vertex];
-        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kLeastHold);
+        double& of_anchor = carrying[problem_.soft[k].vertex];
+        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kLeastCarrying);
     }
-    return hold;
+    return carrying;
 }
 
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
     const Positions carried =
-        carry_parts(problem_.components, problem_.region.positions, positions, hold_of_anchors());
+        carry_parts(problem_.components, problem_.region.positions, positions, carrying_weights());
     execution_.check();
     std::vector<char> is_freed(options_.weights != nullptr ? problem_.region.is_fixed.size() : 0, 0);
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
@@ -87,26 +87,26 @@ void FastSolve::start_from_rest(Positions& positions) {
         const double carried_on_energy = relax(level, carried_on);
         keep_if_lower(carried_on, carried_on_energy);
     }
-    if (path.largest_angle_rad() > kFarTurn) {
-        Positions followed = problem_.region.positions;
-        const double followed_energy = follow(path, followed);
-        keep_if_lower(followed, followed_energy);
+    if (path.largest_angle_rad() > kFarRotation) {
+        Positions along_path = problem_.region.positions;
+        const double path_energy = minimise_along(path, along_path);
+        keep_if_lower(along_path, path_energy);
     }
 }
 
 double FastSolve::relax_stage_by_stage(Positions& positions) {
     const Level level = coarsest();
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageSteps), positions);
+        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageIterations), positions);
     return relax(level, positions);
 }
 
-double FastSolve::follow(const HandlePaths::Path& path, Positions& positions) {
+double FastSolve::minimise_along(const HandlePaths::Path& path, Positions& positions) {
     const Level level = coarsest();
-    const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kTurnOfStep));
+    const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kRotationOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kFollowTolerance, kMostFollowSteps), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kPathTolerance, kMostPathIterations), positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);

@@ -28,7 +28,7 @@ void FastSolve::start_warm(const Positions& previous, Positions& positions) {
     if (goes_on_) {
         work_.predictor.predict(drivers(positions, soft_targets()), start, threads_, execution_);
     } else if (options_.in_drag) {
-        work_.predictor.begin(previous, drivers(previous, level.energy->soft_constraints().rows_of(previous)));
+        work_.predictor.begin(previous, drivers(previous, soft_targets()));
     }
     for (const Index v : level.unknowns.free)
         positions.row(v) = start.row(v);

@@ -14,10 +14,10 @@ namespace {
 
 // A piece is rigid where its vertices end within this share of the size from where a rigid motion takes them.
 constexpr double kRigid = 1e-3;
-// Turns smaller than this are translations: their axis would be lost in rounding.
+// Rotations smaller than this are translations: their axis would be lost in rounding.
 constexpr double kLeastAngle = 1e-6;
-// Three points span a plane; fewer leave the turn open.
-constexpr std::size_t kFewestForTurn = 3;
+// Three points span a plane; fewer leave the rotation open.
+constexpr std::size_t kFewestForRotation = 3;
 
 /// The rotation and translation nearest to a similarity fit.
 Similarity rigid_fit(const Positions& from, const Positions& to) {
@@ -34,21 +34,21 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
 Vector3 ScrewMotion::apply(const Vector3& point, double fraction) const {
     const auto [sine, cosine] = sine_cosine(fraction * angle_rad);
     const Vector3 arm = point - centre;
-    const Vector3 turned = cosine * arm + sine * axis.cross(arm) + (1.0 - cosine) * axis.dot(arm) * axis;
-    return centre + turned + fraction * translation;
+    const Vector3 rotated = cosine * arm + sine * axis.cross(arm) + (1.0 - cosine) * axis.dot(arm) * axis;
+    return centre + rotated + fraction * translation;
 }
 
 ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
-    const Eigen::Quaterniond turn(rotation);
-    const double sine_of_half = turn.vec().norm();
-    const double cosine_of_half = std::abs(turn.w());
+    const Eigen::Quaterniond quaternion(rotation);
+    const double sine_of_half = quaternion.vec().norm();
+    const double cosine_of_half = std::abs(quaternion.w());
     const double angle_rad = 2.0 * arc_tangent(sine_of_half, cosine_of_half);
     ScrewMotion screw;
     if (angle_rad < kLeastAngle) {
         screw.translation = translation;
         return screw;
     }
-    screw.axis = (turn.w() < 0.0 ? -1.0 : 1.0) / sine_of_half * turn.vec();
+    screw.axis = (quaternion.w() < 0.0 ? -1.0 : 1.0) / sine_of_half * quaternion.vec();
     screw.angle_rad = angle_rad;
     screw.translation = translation.dot(screw.axis) * screw.axis;
     const Vector3 across = translation - screw.translation;
@@ -96,7 +96,7 @@ HandlePaths::Path HandlePaths::path_to(const PositionsView& placed_at, const std
             (is_free.empty() || !is_free[vertices_[k]] ? placed : free).push_back(k);
         ScrewMotion motion;
         bool rigid = false;
-        if (placed.size() >= kFewestForTurn) {
+        if (placed.size() >= kFewestForRotation) {
             const Positions from = rest_(placed, Eigen::all);
             const Positions to = path.ends_(placed, Eigen::all);
             const Similarity fit = rigid_fit(from, to);

@@ -34,7 +34,7 @@ class HandlePaths {
     /// The path of the fixed vertices from rest to another place: rigid pieces along their screws, others straight.
     class Path {
       public:
-        /// The largest angle that any piece turns by.
+        /// The largest angle that any piece rotates by.
         double largest_angle_rad() const { return largest_angle_rad_; }
         /// Puts every fixed vertex to where it is at `fraction` of the path; the others are not touched.
         void place(double fraction, Positions& positions) const;

@@ -8,20 +8,20 @@
 namespace meanvalue {
 namespace {
 
-// Of the sums of norms that find_stiff_rings() looks at: below this a row is left alone; of what is above, its bound
-// counts by the second number, since norms are large and signs differ. docs/decisions/0011-constant-matrix.md.
+// Rings with a smaller sum of norms, see find_stiff_rings(), have no springs; what is above counts by the share,
+// since the bound is generous: signs differ. docs/decisions/0011-constant-matrix.md.
 constexpr double kLeastStiffness = 0.4;
 constexpr double kShareOfBound = 0.3;
-// A sum counts as no more than this: the factor in single precision must still tell what such springs do not hold.
+// A sum counts as no more than this: the factor in single precision must still resolve what such springs leave free.
 constexpr double kMostStiffness = 100.0;
 
 }  // namespace
 
 /// Next to sharp tips and in slivers the
-/// ring's normal turns, or lengths change, with every small move. The constant matrix knows the weights alone,
+/// ring's normal rotates, or lengths change, with every small move. The initial Hessian knows the weights alone,
 /// (I - W), and some dozen such rows in a model would shorten every step of the whole. With N_k = dF_i/dv_k - w_k I,
 /// which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k| |u_k - u_i|^2: as many springs along the
-/// spokes. Rows with a small sum have none: it would only make turning them as stiff.
+/// spokes. Rows with a small sum have none: they would only resist rotation.
 StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
                             const Execution& execution) {
     StiffRings stiff;

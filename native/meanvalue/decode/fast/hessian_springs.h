@@ -1,4 +1,4 @@
-// Springs in the constant matrix for rows that it would otherwise know too little of.
+// Springs that are added to the initial Hessian for rings whose bending it would otherwise underestimate.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace meanvalue {
 
 /// The edges p_i - p_k of every vertex i to its ring, in the order of Encoding::ring. The frame of a cell has the
 /// ring's normal for its z and the first edge in its x-z plane, so that cells of several shapes of one mesh may be
-/// averaged edge by edge, however these are turned.
+/// averaged edge by edge, however these are rotated.
 struct RestCells {
     std::vector<Vector3> edges;  ///< |Encoding::ring|
     /// The mean length of a cell's edges; 0 without any.

@@ -7,14 +7,14 @@
 namespace meanvalue {
 namespace {
 
-// A handle that is carried and turned has six ways to go.
+// A handle that moves rigidly has six degrees of freedom.
 constexpr std::size_t kMostChanges = 6;
 // A change adds a direction where so much of it is not in later ones: less is what rounding and the stop of a solve
 // leave, blown up.
 constexpr double kLeastNew = 0.3;
 // Along each direction, no farther than so many times what it was seen to go.
 constexpr double kFarthest = 3.0;
-// Of a move, the most that may be left over, or the constant matrix tells more.
+// The largest share of a move that may be left over: beyond it the initial Hessian predicts more.
 constexpr double kMostLeft = 0.5;
 
 double dot(const Positions& a, const Positions& b) {

@@ -1,4 +1,4 @@
-// What the last answers of a drag tell of the next: the predictor of a continuation method, by secants.
+// Predicts the next answer of a drag from the last ones: the predictor of a continuation method, by secants.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@ namespace meanvalue {
 /// How a shape answered to the last moves of its drivers (fixed vertices and the targets of soft anchors), solve
 /// after solve of a chain in which each begins where the one before ended. A move of the drivers that is nearly a
 /// combination of those is answered by the same combination of the changes of the shape: wrong by the square of the
-/// move only, where the constant matrix is wrong by a share of it. docs/decisions/0012-predicted-drags.md.
+/// move only, where the initial Hessian is wrong by a share of it. docs/decisions/0012-predicted-drags.md.
 class SecantPredictor {
   public:
     SecantPredictor() = default;
-    /// @param size of the shape: what is kept in single precision is told in it.
+    /// @param size of the shape: the unit of what is kept in single precision.
     explicit SecantPredictor(double size) : size_(size) {}
 
     bool has_answer() const { return is_answer_; }
