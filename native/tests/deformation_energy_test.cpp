@@ -81,13 +81,13 @@ class ScalarRows {
         const EncodedRing ring = encoding_.ring_of(centre);
         // Calls visit(a, b, rest of a - b, weight) for each spoke and rim.
         const auto rest_of = [&](Index k) {
-            const PlaceLanes& edge = rows_.places[batch.first + k];
+            const EdgeLanes& edge = rows_.edge_lanes[batch.first + k];
             return Vector3(edge.x.value[lane], edge.y.value[lane], edge.z.value[lane]);
         };
         const auto for_each_edge = [&](const auto& visit) {
             for (Index k = 0; k < ring.valence; ++k) {
                 const Index next = (k + 1) % ring.valence;
-                const PlaceLanes& weights = rows_.places[batch.first + k];
+                const StretchingLanes& weights = rows_.stretching_lanes[batch.first + k];
                 visit(centre, ring.ring[k], rest_of(k), weights.spoke.value[lane]);
                 visit(ring.ring[next], ring.ring[k], Vector3(rest_of(k) - rest_of(next)), weights.rim.value[lane]);
             }

@@ -48,8 +48,10 @@ class BlockBuilder {
         }
         result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
         // So that nothing is copied as it grows.
-        result_.places.reserve(place_count_);
-        result_.vertices.reserve(place_count_);
+        result_.bending_lanes.reserve(place_count_);
+        result_.stretching_lanes.reserve(place_count_);
+        result_.edge_lanes.reserve(place_count_);
+        result_.vertex_lanes.reserve(place_count_);
         result_.points.reserve(count + count / 4);
         for (std::size_t block = 0; block < result_.block_count(); ++block) {
             execution.check();
@@ -122,9 +124,12 @@ class BlockBuilder {
     }
 
     void fill_batch(RowBatch& batch) {
-        result_.places.resize(batch.first + batch.valence);
-        result_.vertices.resize(batch.first + batch.valence);
-        if (batch.first_steep >= 0) result_.steep.resize(batch.first_steep + batch.valence);
+        const std::size_t places = batch.first + batch.valence;
+        result_.bending_lanes.resize(places);
+        result_.stretching_lanes.resize(places);
+        result_.edge_lanes.resize(places);
+        result_.vertex_lanes.resize(places);
+        if (batch.first_steep >= 0) result_.steep_lanes.resize(batch.first_steep + batch.valence);
         for (int lane = 0; lane < kRowLanes; ++lane) {
             const bool is_left_over = batch.row[lane] < 0;
             fill_lane(batch, lane, batch.row[is_left_over ? 0 : lane], is_left_over ? 0.0 : 1.0);
@@ -139,17 +144,18 @@ class BlockBuilder {
         batch.centre[lane] = point_of_[unknowns_.rows[row]];
         batch.softening.value[lane] = ring.softening;
         for (Index k = 0; k < ring.valence; ++k) {
-            PlaceLanes& place = result_.places[batch.first + k];
-            result_.vertices[batch.first + k].vertex[lane] = point_of_[ring.ring[k]];
-            place.weight.value[lane] = ring.weights[k];
-            place.height.value[lane] = ring.heights[k];
-            place.spoke.value[lane] = count * spokes_[k].spoke;
-            place.rim.value[lane] = count * spokes_[k].rim;
-            place.x.value[lane] = spokes_[k].rest.x();
-            place.y.value[lane] = spokes_[k].rest.y();
-            place.z.value[lane] = spokes_[k].rest.z();
+            const std::size_t place = batch.first + k;
+            result_.vertex_lanes[place].vertex[lane] = point_of_[ring.ring[k]];
+            result_.bending_lanes[place].weight.value[lane] = ring.weights[k];
+            result_.bending_lanes[place].height.value[lane] = ring.heights[k];
+            result_.stretching_lanes[place].spoke.value[lane] = count * spokes_[k].spoke;
+            result_.stretching_lanes[place].rim.value[lane] = count * spokes_[k].rim;
+            EdgeLanes& edge = result_.edge_lanes[place];
+            edge.x.value[lane] = spokes_[k].rest.x();
+            edge.y.value[lane] = spokes_[k].rest.y();
+            edge.z.value[lane] = spokes_[k].rest.z();
             if (ring.normal_weights != nullptr) {
-                result_.steep[batch.first_steep + k].value[lane] =
+                result_.steep_lanes[batch.first_steep + k].value[lane] =
                     kSteepScale * (ring.normal_weights[k] - ring.weights[k]);
             }
         }

@@ -28,16 +28,23 @@ struct EnergyBlocks {
 
     std::vector<EnergyBlock> blocks;  ///< and one more, where the last ends
     std::vector<RowBatch> batches;
-    std::vector<PlaceLanes> places;  ///< for each batch as many as its valence
-    std::vector<PlaceVertices> vertices;
-    std::vector<RowLanes> steep;  ///< for each steep batch as many as its valence
-    std::vector<Index> points;    ///< vertex numbers
-    Index largest_block = 0;      ///< in points
+    std::vector<BendingLanes> bending_lanes;  ///< for each batch as many as its valence
+    std::vector<StretchingLanes> stretching_lanes;
+    std::vector<EdgeLanes> edge_lanes;
+    std::vector<VertexLanes> vertex_lanes;
+    std::vector<RowLanes> steep_lanes;  ///< for each steep batch as many as its valence
+    std::vector<Index> points;          ///< vertex numbers
+    Index largest_block = 0;            ///< in points
     Index longest_ring = 0;
 
     std::size_t block_count() const { return blocks.size() - 1; }
-    RingLanes rings() const { return {places.data(), vertices.data(), steep.data()}; }
-    std::size_t bytes() const { return bytes_of(bending, batches, places, vertices, steep, points); }
+    RingLanes rings() const {
+        return {bending_lanes.data(), stretching_lanes.data(), edge_lanes.data(), vertex_lanes.data(),
+                steep_lanes.data()};
+    }
+    std::size_t bytes() const {
+        return bytes_of(bending, batches, bending_lanes, stretching_lanes, edge_lanes, vertex_lanes, points);
+    }
 };
 
 /// @param cells of the encoding; @param size D, in the same units.

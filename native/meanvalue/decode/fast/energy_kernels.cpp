@@ -20,9 +20,9 @@ struct PullBack {
 
 /// The rows' residuals. As in RingLinearisation, of which this is the image in lanes: all about the first vertex of
 /// each ring, so that nothing is lost far from the origin.
-/// @param steep of the batch, or nullptr. @param ring v_k - v_0; @param own v_i - v_0;
+/// @param steep RingLanes::steep, or nullptr. @param ring v_k - v_0; @param own v_i - v_0;
 /// @param directions receives dl_k / dD_k.
-MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const PlaceLanes* coefficients,
+MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLanes* coefficients,
                                           const RowLanes* steep, const LaneVector* ring, const LaneVector& own,
                                           LaneVector* directions, PullBack& back) {
     const Index valence = batch.valence;
@@ -78,7 +78,7 @@ MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const PlaceLane
     return residual;
 }
 
-MEANVALUE_INLINE LaneVector pull_back(const PullBack& back, const PlaceLanes& coefficients,
+MEANVALUE_INLINE LaneVector pull_back(const PullBack& back, const BendingLanes& coefficients,
                                       const LaneVector& direction, const LaneVector& previous, const LaneVector& here,
                                       const LaneVector& next) {
     return lanes(coefficients.weight) * back.by_weight - (back.by_height * lanes(coefficients.height)) * direction +
@@ -86,7 +86,7 @@ MEANVALUE_INLINE LaneVector pull_back(const PullBack& back, const PlaceLanes& co
 }
 
 /// @param spokes v_i - v_k; @param rest p_i - p_k, replaced by what the best rotation leaves of the spokes.
-MEANVALUE_INLINE void find_strains(Index valence, const PlaceLanes* coefficients, const LaneVector* spokes,
+MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coefficients, const LaneVector* spokes,
                                    LaneVector* rest) {
     LaneMatrix covariance{};
     for (Index k = 0; k < valence; ++k) {
@@ -103,9 +103,9 @@ template <bool kStretching>
 MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
                                      double stretching, KernelScratch& scratch, PaddedPoint* gradient) {
     const Index valence = batch.valence;
-    const PlaceLanes* const places = rings.places + batch.first;
-    const PlaceVertices* const vertices = rings.vertices + batch.first;
-    const RowLanes* const steep = batch.first_steep < 0 ? nullptr : rings.steep + batch.first_steep;
+    const VertexLanes* vertices = rings.vertices + batch.first;
+    const BendingLanes* bending = rings.bending + batch.first;
+    const RowLanes* steep = batch.first_steep < 0 ? nullptr : rings.steep + batch.first_steep;
     LaneVector* const ring = lane_vectors(scratch.array(0, valence));
     LaneVector* const directions = lane_vectors(scratch.array(1, valence));
     const LaneVector first = load(positions, vertices[0].vertex);
@@ -114,34 +114,36 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
     for (Index k = 1; k < valence; ++k)
         ring[k] = load(positions, vertices[k].vertex) - first;
     PullBack back;
-    const LaneVector residual = find_residual(batch, places, steep, ring, own, directions, back);
+    const LaneVector residual = find_residual(batch, bending, steep, ring, own, directions, back);
     LaneVector by_centre = lanes(batch.bending) * residual;
     Lane energy = lanes(batch.bending) * dot(residual, residual);
     LaneVector previous = ring[valence - 1];
     if constexpr (!kStretching) {
         for (Index k = 0; k < valence; ++k) {
             const LaneVector& next = ring[k + 1 == valence ? 0 : k + 1];
-            add_to(gradient, vertices[k].vertex, pull_back(back, places[k], directions[k], previous, ring[k], next));
+            add_to(gradient, vertices[k].vertex, pull_back(back, bending[k], directions[k], previous, ring[k], next));
             previous = ring[k];
         }
     } else {
+        const StretchingLanes* coefficients = rings.stretching + batch.first;
         LaneVector* const spokes = lane_vectors(scratch.array(2, valence));
         LaneVector* const strains = lane_vectors(scratch.array(3, valence));
+        const EdgeLanes* edges = rings.edges + batch.first;
         for (Index k = 0; k < valence; ++k) {
             spokes[k] = own - ring[k];
-            strains[k] = {lanes(places[k].x), lanes(places[k].y), lanes(places[k].z)};
+            strains[k] = {lanes(edges[k].x), lanes(edges[k].y), lanes(edges[k].z)};
         }
-        find_strains(valence, places, spokes, strains);
+        find_strains(valence, coefficients, spokes, strains);
         const Lane factor = all_lanes(stretching);
-        LaneVector rim_before = (factor * lanes(places[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
+        LaneVector rim_before = (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
         for (Index k = 0; k < valence; ++k) {
             const Index after = k + 1 == valence ? 0 : k + 1;
             const LaneVector rim_strain = strains[k] - strains[after];
-            const LaneVector by_spoke = (factor * lanes(places[k].spoke)) * strains[k];
-            const LaneVector by_rim = (factor * lanes(places[k].rim)) * rim_strain;
+            const LaneVector by_spoke = (factor * lanes(coefficients[k].spoke)) * strains[k];
+            const LaneVector by_rim = (factor * lanes(coefficients[k].rim)) * rim_strain;
             energy += dot(by_spoke, strains[k]) + dot(by_rim, rim_strain);
             by_centre += by_spoke;
-            const LaneVector bent = pull_back(back, places[k], directions[k], previous, ring[k], ring[after]);
+            const LaneVector bent = pull_back(back, bending[k], directions[k], previous, ring[k], ring[after]);
             add_to(gradient, vertices[k].vertex, bent - by_spoke - by_rim + rim_before);
             rim_before = by_rim;
             previous = ring[k];
@@ -159,9 +161,12 @@ MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const Rin
                                  const PaddedPoint* positions, double stretching, KernelScratch& scratch,
                                  PaddedPoint* gradient) {
     Lane sum{};
-    for (Index b = 0; b < count; ++b) {
-        sum += stretching > 0.0 ? evaluate_batch<true>(batches[b], rings, positions, stretching, scratch, gradient)
-                                : evaluate_batch<false>(batches[b], rings, positions, stretching, scratch, gradient);
+    if (stretching > 0.0) {
+        for (Index b = 0; b < count; ++b)
+            sum += evaluate_batch<true>(batches[b], rings, positions, stretching, scratch, gradient);
+    } else {
+        for (Index b = 0; b < count; ++b)
+            sum += evaluate_batch<false>(batches[b], rings, positions, stretching, scratch, gradient);
     }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }

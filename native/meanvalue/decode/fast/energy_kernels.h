@@ -29,29 +29,31 @@ struct RowBatch {
     Index centre[kRowLanes];   ///< i
     Index row[kRowLanes];      ///< which row of the energy; -1: a lane left over
     Index valence;             ///< of all four
-    std::int64_t first;        ///< where its rings begin in RingLanes::places
-    std::int64_t first_steep;  ///< where they begin in RingLanes::steep; -1: no ring is steep
+    std::int64_t first;        ///< where its rings begin in each array of RingLanes but the last
+    std::int64_t first_steep;  ///< where they begin in that; -1: no ring is steep
 };
 
-/// The coefficients of one place in the rings of a batch.
-struct PlaceLanes {
-    RowLanes weight;   ///< w_ik
-    RowLanes height;   ///< see Encoding::heights
-    RowLanes spoke;    ///< c_ik
-    RowLanes rim;      ///< c_kl, l the next in the ring
+/// Coefficients of one place in the rings of a batch, by what reads them.
+struct BendingLanes {
+    RowLanes weight;  ///< w_ik
+    RowLanes height;  ///< see Encoding::heights
+};
+struct StretchingLanes {
+    RowLanes spoke;  ///< c_ik
+    RowLanes rim;    ///< c_kl, l the next in the ring
+};
+struct EdgeLanes {
     RowLanes x, y, z;  ///< p_i - p_k at rest, in the frame of the cell
 };
-
-/// The vertices k at one place. By themselves, since padding would cost a tenth of the reading.
-struct PlaceVertices {
-    Index vertex[kRowLanes];
+struct VertexLanes {
+    Index vertex[kRowLanes];  ///< k
 };
-
-/// All rings, one place after another.
 struct RingLanes {
-    const PlaceLanes* places;
-    const PlaceVertices* vertices;
-    const RowLanes* steep;  ///< of steep rings alone: u_ik - w_ik, scaled (Encoding::steep_weights)
+    const BendingLanes* bending;
+    const StretchingLanes* stretching;
+    const EdgeLanes* edges;
+    const VertexLanes* vertices;
+    const RowLanes* steep;  ///< of steep rings: u_ik - w_ik, scaled (Encoding::steep_weights)
 };
 
 /// What a kernel keeps of the rings of a batch.

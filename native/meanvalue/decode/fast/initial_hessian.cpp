@@ -167,7 +167,7 @@ class HessianColumns {
             for (int lane = 0; lane < kRowLanes; ++lane) {
                 if (batch.row[lane] < 0) continue;
                 for (Index k = 0; k < batch.valence; ++k) {
-                    const PlaceLanes& from = energy_.places[batch.first + k];
+                    const StretchingLanes& from = energy_.stretching_lanes[batch.first + k];
                     edges_[row_start_[batch.row[lane]] + k] = {weight_ * from.spoke.value[lane],
                                                                weight_ * from.rim.value[lane]};
                 }
