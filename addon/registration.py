@@ -21,6 +21,7 @@ ROOMS = tuple(
         "mixing",
         "wrapping",
         "baking",
+        "sliders",
     )
 )
 

@@ -82,7 +82,14 @@ ADDON = ROOT / "addon"
 
 #: The rooms, each with those that it may use. Shared rooms know no feature.
 SHARED = {"solver": set(), "scene": {"solver"}, "widgets": {"scene", "solver"}, "live": {"scene", "solver"}}
-FEATURES = {"posing": set(), "mixing": set(), "wrapping": set(), "capture": {"posing"}, "baking": {"posing"}}
+FEATURES = {
+    "posing": set(),
+    "mixing": set(),
+    "wrapping": set(),
+    "capture": {"posing"},
+    "baking": {"posing"},
+    "sliders": {"posing", "baking", "capture"},
+}
 ROOMS = SHARED | {room: set(SHARED) | others for room, others in FEATURES.items()}
 
 #: What every room may use besides.
@@ -92,7 +99,7 @@ EVERYWHERE = {"compat", "errors", "ids", "wording"}
 INSIDE = ("core", "bridge", "live", "properties", "operators")
 
 #: Where each feature keeps what is its own in `object.meanvalue`.
-KEPT = {"mix": "mixing", "wrap": "wrapping", "capture": "capture", "bake": "baking"}
+KEPT = {"mix": "mixing", "wrap": "wrapping", "capture": "capture", "bake": "baking", "sliders": "sliders"}
 
 
 def imported_names(path):

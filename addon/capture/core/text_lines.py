@@ -55,6 +55,10 @@ class Lines:
         """Raises MotionFileError with the file, the last line or that of `number`, the reason and a remedy."""
         raise MotionFileError(f"{self._file}, line {number or self.number}: {reason}. {remedy}")
 
+    def is_cut_off(self, number: int) -> bool:
+        """Whether the file may have been cut off in the line `number`, its last one."""
+        return number == self.number and not self._ends_whole
+
     def table(self, rows: list[tuple[int, str]], width: int, told: int | None, notes: list[str]) -> np.ndarray:
         """(f, width) float64 of rows (line number, text), a frame each; NaN for what is blank between tabs.
 

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What values of shape keys add to Blender, for registration.py."""
+
+import bpy
+
+from ..widgets import menus
+from . import panel
+from .operators import import_values
+
+#: Of the guide, see addon/manual.py.
+PAGE = "shape_key_values"
+PROPERTY_GROUPS = ()
+SETTINGS = {}
+
+
+class MEANVALUE_MT_sliders(menus.OperatorMenu, bpy.types.Menu):
+    """Values of the shape keys that the mesh has"""
+
+    bl_idname = "MEANVALUE_MT_sliders"
+    bl_label = "Shape Key Values"
+    operators = (import_values.MEANVALUE_OT_import_values,)
+
+
+CLASSES = (
+    *MEANVALUE_MT_sliders.operators,
+    MEANVALUE_MT_sliders,
+    *panel.CLASSES,
+)
+
+
+def meanvalue_draw_import_menu(self, _context):
+    self.layout.operator(import_values.MEANVALUE_OT_import_values.bl_idname, text="Shape Key Values (.csv/.json)")
+
+
+HOOKS = (
+    (menus.of_rooms, MEANVALUE_MT_sliders.bl_idname),
+    (bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu),
+)
