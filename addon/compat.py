@@ -24,6 +24,11 @@ def key_store(key):
     return (key.points if hasattr(key, "points") else key.data), "co"
 
 
+def is_locked(key):
+    """Whether a shape key is locked against edits, which later Blenders know."""
+    return getattr(key, "lock_shape", False)
+
+
 def points_tell_as_sliders(key):
     """Whether Blender tells of points of a key that a script wrote as it does of sliders; up to 4.2, of neither."""
     return hasattr(key, "points") and bpy.app.version >= (4, 3, 0)

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which shape keys of a mesh may be driven, what they do, and their values."""
+
+import math
+import time
+
+import numpy as np
+
+from ... import compat, ids, wording
+from ...errors import SceneError
+from ...scene import shape_keys, vertex_groups
+from ...scene.baked import names_in
+from ...scene.core.finite import require_finite
+from ..core.key_shapes import KeyShapes, Slider
+
+
+def sorted_out(obj):
+    """([Slider] that may be driven, [(name, why in words)] of the keys that are left alone), in the order of the keys.
+
+    Without the reference key and what the add-on itself writes. Cheap enough for drawing.
+    """
+    keys = obj.data.shape_keys
+    if keys is None:
+        return [], []
+    made = _made(obj)
+    animation = keys.animation_data
+    driven = {curve.data_path for curve in animation.drivers} if animation is not None else ()
+    sliders, left_alone = [], []
+    for key in keys.key_blocks:
+        if key == keys.reference_key or key.name in made:
+            continue
+        why = _why_left_alone(key, driven)
+        if why is None:
+            group = key.vertex_group if key.vertex_group in obj.vertex_groups else ""
+            sliders.append(Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group))
+        else:
+            left_alone.append((key.name, why))
+    return sliders, left_alone
+
+
+def _made(obj):
+    """Names of the keys that the add-on writes, for this object and for others with the mesh."""
+    names = {ids.MIX_KEY}
+    for each in (obj, *shape_keys.sharing(obj)):
+        settings = each.meanvalue
+        names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))
+    return names
+
+
+def _why_left_alone(key, driven):
+    if key.mute:
+        return "muted"
+    if compat.is_locked(key):
+        return "locked"
+    return "moved by a driver" if shape_keys.value_path(key.name) in driven else None
+
+
+def problem(obj):
+    """Why there is no key to drive, in words, or None. Cheap enough for drawing."""
+    keys = obj.data.shape_keys
+    if keys is not None and not keys.use_relative:
+        return shape_keys.ABSOLUTE
+    sliders, left_alone = sorted_out(obj)
+    return None if sliders else _none_to_drive(obj, left_alone)
+
+
+def _none_to_drive(obj, left_alone):
+    if not left_alone:
+        return f"'{obj.name}' has no shape keys to drive. Add some"
+    return f"No shape key of '{obj.name}' can be driven: {left_alone_note(left_alone)}"
+
+
+def left_alone_note(left_alone):
+    """What of [(name, why)] is left alone, as a sentence: "'A' and 'B' (muted) and 'C' (locked) are left alone"; ""
+    if nothing is."""
+    reasons = {}
+    for name, why in left_alone:
+        reasons.setdefault(why, []).append(name)
+    parts = [f"{wording.quoted(names)} ({why})" for why, names in reasons.items()]
+    return f"{wording.listed(parts)} {'is' if len(left_alone) == 1 else 'are'} left alone" if parts else ""
+
+
+class KeyReading:
+    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh: a kind of reading as
+    scene/object_model.py wants it, of KeyShapes.
+
+    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
+    """
+
+    def __init__(self, obj):
+        found = problem(obj)
+        if found:
+            raise SceneError(found)
+        self._signature = self.signature(obj)
+        self._sliders, self._left_alone = sorted_out(obj)
+        names = dict.fromkeys(name for slider in self._sliders for name in (slider.name, slider.relative))
+        self._unread = list(names)
+        self._points = {}
+        self._weights = vertex_groups.Reading(obj, {slider.group for slider in self._sliders if slider.group})
+
+    @staticmethod
+    def signature(obj):
+        """All that is quick to compare of what is read."""
+        return len(obj.data.vertices), sorted_out(obj)
+
+    def fits(self, obj):
+        return self._signature == self.signature(obj)
+
+    def go_on(self, obj, seconds=math.inf):
+        """Reads for about so long. Returns whether all is read. @throws SceneError."""
+        until = time.monotonic() + seconds
+        while self._unread:
+            name = self._unread.pop(0)
+            self._points[name] = _points(obj, name)
+            if time.monotonic() >= until:
+                return False
+        return self._weights.go_on(obj, until - time.monotonic())
+
+    def result(self, obj):
+        """The KeyShapes, once all is read. @throws SceneError if no key has any effect."""
+        rest = shape_keys.rest_positions(obj.data)
+        require_finite(rest, "rest shape")
+        found = KeyShapes(
+            sliders=tuple(self._sliders),
+            rest=rest,
+            points=self._points,
+            masks=self._weights.weights,
+            left_alone=tuple(self._left_alone),
+        ).with_effect()
+        if not found.sliders:
+            raise SceneError(_none_to_drive(obj, found.left_alone))
+        return found
+
+    @staticmethod
+    def shapes(found):
+        return [("", found.rest), *found.points.items()]
+
+
+def gather(obj):
+    """The KeyShapes of `obj`, read in one go. @throws SceneError."""
+    reading = KeyReading(obj)
+    reading.go_on(obj)
+    return reading.result(obj)
+
+
+def _points(obj, name):
+    """n x 3 float32 of a key. @throws SceneError."""
+    points = shape_keys.held(obj, name)
+    if len(points) != len(obj.data.vertices):
+        raise SceneError(
+            f"Shape key '{name}' has {len(points):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
+            "and leave Edit Mode once, so that Blender makes them agree"
+        )
+    require_finite(points, f"shape key '{name}'")
+    return points
+
+
+def values(obj, names):
+    """(k,) float64: where the sliders of the keys `names` are."""
+    blocks = obj.data.shape_keys.key_blocks
+    return np.array([blocks[name].value for name in names], np.float64)
+
+
+def set_values(obj, names, found):
+    """Puts the sliders of the keys `names` to the (k,) values `found`, those that are not there already."""
+    blocks = obj.data.shape_keys.key_blocks
+    for name, value in zip(names, found, strict=True):
+        if np.float32(value) != np.float32(blocks[name].value):
+            blocks[name].value = value
+
+
+def insert_keyframes(obj, names):
+    """Keys the values of the shape keys `names` at the current frame. @throws SceneError."""
+    blocks = obj.data.shape_keys.key_blocks
+    try:
+        for name in names:
+            blocks[name].keyframe_insert("value")
+    except (RuntimeError, TypeError) as error:  # a linked or locked action
+        raise SceneError(f"The shape keys of '{obj.name}' take no keyframes: {error}") from error

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""addon/sliders/core/key_shapes.py: what shape keys do, as Blender mixes them and as the solver is told."""
+
+import numpy as np
+import pytest
+
+from addon.sliders.core.key_shapes import KeyShapes, Slider
+
+COUNT = 300
+
+
+@pytest.fixture
+def shapes():
+    """Three sliders: one of Basis, one of the first with a group, one without effect."""
+    rng = np.random.default_rng(1)
+    rest, first, second = (rng.normal(size=(COUNT, 3)).astype(np.float32) for _ in range(3))
+    return KeyShapes(
+        sliders=(
+            Slider("First", 0.0, 1.0, "Basis"),
+            Slider("Second", -1.0, 2.0, "First", "Half"),
+            Slider("Copy", 0.0, 1.0, "Basis"),
+        ),
+        rest=rest,
+        points={"Basis": rest, "First": first, "Second": second, "Copy": rest.copy()},
+        masks={"Half": np.linspace(0.0, 1.0, COUNT)},
+        left_alone=(("Muted", "muted"),),
+    )
+
+
+def test_values_mix_as_in_blender(shapes):
+    rest, first, second, _ = (points.astype(np.float64) for points in shapes.points.values())
+    half = shapes.masks["Half"][:, None]
+    expected = rest + 0.5 * (first - rest) - 0.25 * half * (second - first)
+    np.testing.assert_allclose(shapes.mixed([0.5, -0.25, 1.0]), expected, atol=1e-12)
+    np.testing.assert_allclose(shapes.mixed([0.5, -0.25, 1.0], [7, 2]), expected[[7, 2]], atol=1e-12)
+
+
+def test_keys_without_effect_are_left_alone(shapes):
+    kept = shapes.with_effect()
+    assert kept.names == ("First", "Second")
+    assert kept.left_alone == (("Muted", "muted"), ("Copy", "without effect"))
+    assert kept.revision != shapes.revision
+
+
+def test_the_solver_finds_values_from_few_rows(shapes):
+    meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+    shapes = shapes.with_effect()
+    anchors = np.array([5, 250, 3, 77])
+    rest, moved, places = shapes.fit_input(anchors)
+    assert len(rest) <= len(anchors) + 2
+    np.testing.assert_array_equal(rest[places], shapes.rest[anchors].astype(np.float64))
+    fit = meanvalue.SliderFit(rest, moved, places, lower=shapes.lower, upper=shapes.upper, can_move=False)
+    found = fit.solve(shapes.mixed([0.5, -0.25], anchors)).values
+    np.testing.assert_allclose(found, [0.5, -0.25], atol=1e-3)
