@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How an object is baked: `object.meanvalue.bake`."""
 
+import types
+
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
@@ -76,12 +78,18 @@ class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     __annotations__ = OPTIONS
 
 
-def unsaved():
-    """OPTIONS for an operator: what is not given is taken from the settings, and not from what was given last."""
+def unsaved(options):
+    """OPTIONS or the like for an operator: what is not given is taken from the settings, not from the last call."""
     return {
         name: option.function(**{**option.keywords, "options": {*option.keywords.get("options", ()), 'SKIP_SAVE'}})
-        for name, option in OPTIONS.items()
+        for name, option in options.items()
     }
+
+
+def chosen(operator, settings, options):
+    """The values of OPTIONS or the like: what is set of the operator's own properties, and else the settings."""
+    is_set = operator.properties.is_property_set
+    return types.SimpleNamespace(**{name: getattr(operator if is_set(name) else settings, name) for name in options})
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_bake,)

@@ -3,19 +3,37 @@
 
 import bpy
 
-from ..widgets.panels import PanelPart
+from ..scene import subject
+from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
+from .operators.bake_values import MEANVALUE_OT_bake_values
 from .operators.import_values import MEANVALUE_OT_import_values
 
 
 class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
-    """Values of the shape keys that the mesh has, from files"""
+    """Values of the shape keys that the mesh has"""
 
     bl_idname = "MEANVALUE_PT_sliders"
     bl_label = "Shape Key Values"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, _context):
-        self.layout.operator(MEANVALUE_OT_import_values.bl_idname, icon='IMPORT')
+    def draw(self, context):
+        layout = column_of_settings(self.layout)
+        layout.operator(MEANVALUE_OT_import_values.bl_idname, icon='IMPORT')
+        settings = subject.of(context).meanvalue.bake_values
+        layout.prop(settings, "source")
+        if settings.source == 'MARKERS':
+            draw_wrapped(layout, context, "Take, Reference Frame and picked points are those of Motion Capture")
+        layout.prop(settings, "head_motion")
+        column = layout.column(align=True)
+        column.prop(settings, "frame_range")
+        if settings.frame_range == 'OWN':
+            column.prop(settings, "frame_start")
+            column.prop(settings, "frame_end")
+        layout.prop(settings, "tolerance")
+        layout.prop(settings, "replace")
+        bake = layout.column()
+        bake.scale_y = 1.4
+        bake.operator(MEANVALUE_OT_bake_values.bl_idname, icon='REC')
 
 
 CLASSES = (MEANVALUE_PT_sliders,)

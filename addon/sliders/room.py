@@ -5,12 +5,11 @@ import bpy
 
 from ..widgets import menus
 from . import panel
-from .operators import import_values
+from .operators import bake_values, import_values
+from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 #: Of the guide, see addon/manual.py.
 PAGE = "shape_key_values"
-PROPERTY_GROUPS = ()
-SETTINGS = {}
 
 
 class MEANVALUE_MT_sliders(menus.OperatorMenu, bpy.types.Menu):
@@ -18,7 +17,10 @@ class MEANVALUE_MT_sliders(menus.OperatorMenu, bpy.types.Menu):
 
     bl_idname = "MEANVALUE_MT_sliders"
     bl_label = "Shape Key Values"
-    operators = (import_values.MEANVALUE_OT_import_values,)
+    operators = (
+        import_values.MEANVALUE_OT_import_values,
+        bake_values.MEANVALUE_OT_bake_values,
+    )
 
 
 CLASSES = (

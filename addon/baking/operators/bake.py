@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes the animation of the handles, or whatever else shapes the mesh (scene/bakeable.py)."""
 
-import types
-
 import bpy
 from bpy.props import BoolProperty
 
@@ -29,7 +27,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     doing = "Baking"
 
     __annotations__ = {
-        **properties.unsaved(),
+        **properties.unsaved(properties.OPTIONS),
         "confirm": BoolProperty(
             name="Confirm",
             description="Bake even if the result is large, or replaces a file that is no earlier bake of this object "
@@ -107,13 +105,9 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return f"Baked {wording.counted(len(prepared.times), what)}", [*found, *notes]
 
     def _options(self, obj):
-        """What is set of the operator's own properties, and else the object's settings."""
-        settings = obj.meanvalue.bake
-        values = {
-            name: getattr(self if self.properties.is_property_set(name) else settings, name)
-            for name in properties.OPTIONS
-        }
-        return types.SimpleNamespace(**values, confirm=self.confirm)
+        options = properties.chosen(self, obj.meanvalue.bake, properties.OPTIONS)
+        options.confirm = self.confirm
+        return options
 
     def _ask(self, context, doubts):
         given = {name: getattr(self, name) for name in properties.OPTIONS if self.properties.is_property_set(name)}

@@ -59,6 +59,11 @@ def problem(obj):
     return None
 
 
+def reference_frame(obj):
+    """Of the scene."""
+    return obj.meanvalue.capture.reference_frame
+
+
 def read(obj):
     """The MatchInput of a mesh object. @throws SceneError."""
     picked = _picked(obj)

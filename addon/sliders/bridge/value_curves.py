@@ -29,6 +29,17 @@ def driven(obj, wanted):
     return [name for name in wanted if shape_keys.value_path(name) in paths]
 
 
+def require_room(obj, names, replace):
+    """@throws SceneError if values of the shape keys `names` are animated, and not to be replaced."""
+    keys = obj.data.shape_keys
+    animated = [name for name in names if len(actions.read_keys(keys, shape_keys.value_path(name))[0])]
+    if animated and not replace:
+        raise SceneError(
+            f"{wording.quoted(animated)} {'is' if len(animated) == 1 else 'are'} animated already. Turn on Replace to "
+            "write over that animation, or give the shape keys another action first"
+        )
+
+
 def write(obj, curves, replace):
     """curves: {name of a shape key: (frames, values)}, n each. Returns notes.
 
@@ -39,12 +50,7 @@ def write(obj, curves, replace):
     writable = {name: curve for name, curve in curves.items() if name not in left_out}
     if not writable:
         raise SceneError(f"Drivers set the values of {wording.quoted(left_out)}. Delete the drivers first")
-    animated = [name for name in writable if len(actions.read_keys(keys, shape_keys.value_path(name))[0])]
-    if animated and not replace:
-        raise SceneError(
-            f"{wording.quoted(animated)} {'is' if len(animated) == 1 else 'are'} animated already. Turn on Replace to "
-            "write over that animation, or give the shape keys another action first"
-        )
+    require_room(obj, writable, replace)
     for name, (frames, values) in writable.items():
         actions.write_curve(keys, shape_keys.value_path(name), 0, frames, values)
     return list(_notes(keys, writable, left_out))

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the anchors of a face are over time: by animated handles, or by the markers of a take.
+
+Both have, once sample() went through:
+
+names    k names, of the handle or the marker of each anchor
+anchors  (k,) vertex indices, each once
+offsets  (k, 3) float64 from the vertices at rest to what is followed, which go with the head; object space
+frames   (f,) float64 of the scene
+targets  (f, k, 3) float64 in the object's space, NaN where one is missing
+weights  (f, k) float64, 0 to 1, or None
+bases    (f, 4, 4) float64: the object's own transform, in which the head moves
+notes    sentences
+"""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...baking.bridge import handle_source, sampling
+from ...capture.bridge import marker_matching, match_input
+from ...errors import SceneError
+from ...posing.bridge import scene_input, targets
+from ...scene.core import motion
+from ..core import marked_face
+
+#: Fewer leave open how the head is turned.
+LEAST_MARKERS = 3
+
+#: What a face needs of the options of Match Markers, which are for bodies.
+OF_FACES = {"pose_limbs": False, "use_cuffs": False, "mode": 'AS_CAPTURED'}
+
+
+class HandleAnchors:
+    """What the enabled handles hold."""
+
+    words = "handles"
+    problem = staticmethod(scene_input.unheld_problem)
+    start_reading = staticmethod(scene_input.start_reading)
+
+    def __init__(self, obj, scene, options, reading):
+        """@throws SceneError, StaleBindingError."""
+        self._bind_input = handle_source.bind(obj, reading).bind_input
+        self._scene_name = scene.name
+        handles = targets.enabled_handles(obj)
+        self.names = [handles[number].name for number in self._bind_input.handles]
+        self.anchors = self._bind_input.anchors
+        self.offsets = np.zeros((len(self.anchors), 3))
+        self.frames = sampling.times_of(scene, obj, SimpleNamespace(**vars(options), step=1, samples=1))
+        self.notes = list(handle_source.notes(obj))
+
+    def sample(self, find):
+        """Generator of the share that is done. find() returns the object. @throws SceneError."""
+
+        def read():
+            obj = find()
+            return handle_source.row(obj, self._bind_input), np.array(obj.matrix_basis, np.float64)
+
+        read_rows = yield from sampling.sample(bpy.data.scenes[self._scene_name], self.frames, read)
+        rows, bases = (np.array(part) for part in zip(*read_rows, strict=True))
+        clip = handle_source.clip(self._bind_input, rows)
+        self.targets, self.weights, self.bases = clip.targets, clip.weights, bases
+
+
+class MarkerAnchors:
+    """The markers of the take that the object follows, each on the surface nearest to it in the reference frame."""
+
+    words = "markers"
+    weights = None
+    problem = staticmethod(match_input.problem)
+
+    @staticmethod
+    def start_reading(_obj):
+        """Nothing of the vertex groups is needed."""
+        return
+
+    def __init__(self, obj, scene, options, _reading):
+        self._scene_name, self._options = scene.name, options
+        self._reference = match_input.reference_frame(obj)
+
+    def sample(self, find):
+        """As of HandleAnchors. The object counts as it is in the reference frame, so that it may be baked again."""
+
+        def read():
+            return match_input.read(find()), np.array(find().matrix_basis, np.float64)
+
+        scene = bpy.data.scenes[self._scene_name]
+        ((given, base),) = yield from sampling.sample(scene, [self._reference], read)
+        align = 'NONE' if given.options.align == 'NONE' else 'PICKED'  # Automatic is for bodies
+        of_face = SimpleNamespace(**{**vars(given.options), **OF_FACES, "align": align})
+        matched = marker_matching.find(replace(given, options=of_face))
+        recording = given.recording
+        columns = [recording.labels.index(name) for name in matched.names]
+        path = motion.apply(matched.alignment, recording.positions[:, columns])
+        used, self.notes = _told_of(matched, path, given.picked)
+        within = _within(scene, self._options, recording.frames)
+        self.names = [matched.names[number] for number in used]
+        self.anchors, self.offsets = matched.vertices[used], matched.offsets[used]
+        self.frames, self.targets = recording.frames[within], path[within][:, used]
+        self.bases = np.broadcast_to(base, (len(self.frames), 4, 4))
+
+
+def _told_of(matched, path, picked):
+    """(numbers of the markers that tell something of the face, notes on the others). @throws SceneError."""
+    is_still = marked_face.still(path)
+    is_far = marked_face.far(matched.rest, matched.distance * matched.size / matched.world_size)
+    is_far &= [name not in picked for name in matched.names]
+    used = np.flatnonzero(~is_still & ~is_far)
+    notes = []
+    for flags, words in ((is_still, "never move"), (is_far & ~is_still, "lie far from the surface")):
+        names = [name for name, flag in zip(matched.names, flags, strict=True) if flag]
+        if names:
+            notes.append(f"Left out, since they {words}: {wording.quoted(names, limit=8)}")
+    if len(used) < LEAST_MARKERS:
+        raise SceneError(
+            f"{wording.counted(len(used), 'marker')} can be used, and the face needs {LEAST_MARKERS}. "
+            + ". ".join([*notes, "Check the picked points and the Reference Frame"])
+        )
+    return used, notes
+
+
+def _within(scene, options, frames):
+    """(f,) bool: the samples in the range that is chosen. @throws SceneError."""
+    first, last = {
+        'ANIMATION': (-np.inf, np.inf),
+        'SCENE': (scene.frame_start, scene.frame_end),
+        'OWN': (options.frame_start, options.frame_end),
+    }[options.frame_range]
+    within = (frames >= first) & (frames <= last)
+    if not within.any():
+        raise SceneError(f"The take has no sample from frame {first} to {last}. Choose another Range")
+    return within

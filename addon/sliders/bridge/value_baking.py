@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The work of Bake Shape Key Values: anchors over time, the values that fit them, and their F-curves."""
+
+import numpy as np
+
+from ... import wording
+from ...baking.core import key_reduction
+from ...errors import SceneError
+from ...scene import shape_keys
+from ...scene.core import fixed_points
+from ...solver import native_loader, session
+from ..core import marked_face
+from . import head_motion, key_shapes, value_curves
+from .anchor_sources import HandleAnchors, MarkerAnchors
+
+SOURCES = {'HANDLES': HandleAnchors, 'MARKERS': MarkerAnchors}
+
+#: What becomes of the motion of the whole.
+ON_OBJECT, DROPPED, STILL = 'OBJECT', 'DROPPED', 'STILL'
+
+#: Targets that were not followed are told of from this distance on, as a share of the size of the mesh.
+TOLD = 0.002
+
+REFUSED = "No values can be found: {}"
+
+
+class ValueBaking:
+    """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py."""
+
+    def __init__(self, obj, scene, options, reading=None):
+        """@throws SceneError; nothing was changed then."""
+        self.options = options
+        self.shapes = key_shapes.gather(obj)
+        self._size = fixed_points.bounding_box_diagonal(self.shapes.rest)
+        self.source = SOURCES[options.source](obj, scene, options, reading)
+        self._require_room(obj)
+        self.solved = self.fit = None
+        self.curves = {}
+
+    def _require_room(self, obj):
+        value_curves.require_room(obj, self.shapes.names, self.options.replace)
+        if self.options.head_motion == ON_OBJECT:
+            head_motion.require_room(obj, self.options.replace)
+
+    def work(self, execution):
+        """Steps (see solver/job.py) to the native SliderValues of all frames. @throws SolverError, CancelledError."""
+        source = self.source
+        rest, shapes, places = self.shapes.fit_input(source.anchors)
+        rest[places] += source.offsets
+        shapes[:, places] += source.offsets
+        self.fit = session.call(
+            native_loader.module().SliderFit,
+            rest,
+            shapes,
+            places,
+            lower=self.shapes.lower,
+            upper=self.shapes.upper,
+            can_move=self.options.head_motion != STILL,
+            refused=REFUSED,
+        )
+        task = session.call(
+            self.fit.start_solve_sequence, source.targets, source.weights, execution=execution, refused=REFUSED
+        )
+        yield task
+        self.solved = session.call(task.result, refused=REFUSED)
+
+    def require_unchanged(self, obj, _reading):
+        """@throws SceneError if the shape keys are others by now."""
+        if key_shapes.gather(obj).revision != self.shapes.revision:
+            raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+        self._require_room(obj)
+
+    def reduce(self):
+        """Generator of the share done: chooses the keys of the values that anchors see."""
+        seen = [number for number in range(len(self.shapes.names)) if number not in self.fit.unseen]
+        values = marked_face.rounded_values(self.solved.values)
+        frames = self.source.frames
+        for done, number in enumerate(seen):
+            of_key = values[:, number]
+            kept = list(range(len(frames)))
+            if self.options.tolerance > 0.0:
+                rows = of_key.reshape(-1, 1, 1)
+                kept = yield from key_reduction.reduced(rows, frames, self.options.tolerance)
+            self.curves[self.shapes.names[number]] = frames[kept], of_key[kept]
+            yield (done + 1) / len(seen)
+
+    def write(self, obj):
+        """F-curves; nothing poses the mesh besides. Returns notes. @throws SceneError, with nothing changed."""
+        if not self.curves:
+            raise SceneError(f"The {self.source.words} move with no shape key of '{obj.name}'. Put some where keys act")
+        self._require_room(obj)
+        notes = value_curves.write(obj, self.curves, self.options.replace)
+        if self.options.head_motion == ON_OBJECT:
+            head_motion.write(obj, self.source.frames, self.source.bases, self.solved.transform)
+        obj.meanvalue.live = False
+        result = shape_keys.result(obj)
+        if result is not None and result.name not in self.curves and not result.mute and result.value:
+            result.mute = True
+            notes.append(f"Shape key '{result.name}' is muted, so that it is not added to the values")
+        if obj.meanvalue.baked.target:
+            notes.append(shape_keys.BAKE_PLAYS)
+        return [*self.source.notes, *self._notes(), *notes]
+
+    def account(self, obj):
+        """What was done, in words."""
+        off = np.linalg.norm(self.solved.residuals, axis=2)
+        off = off[~self.solved.outliers & ~np.isnan(off)]
+        near = (
+            f", {wording.share(off.mean() / self._size)} of its size from the {self.source.words}" if len(off) else ""
+        )
+        frames = wording.counted(len(self.source.frames), "frame")
+        return f"Baked {frames} of {wording.counted(len(self.curves), 'shape key')} of '{obj.name}'{near}"
+
+    def _notes(self):
+        words, names = self.source.words, self.shapes.names
+        with np.errstate(invalid="ignore"):  # where a target is missing
+            off = np.linalg.norm(self.solved.residuals, axis=2) > TOLD * self._size
+        outliers = self.solved.outliers & off
+        if outliers.any():
+            worst = np.argsort(-outliers.sum(axis=0), kind="stable")
+            who = dict.fromkeys(self.source.names[number] for number in worst if outliers[:, number].any())
+            frames = wording.counted(int(outliers.any(axis=1).sum()), "frame")
+            yield f"Some {words} were too far off to be followed in {frames}: {wording.quoted(who)}"
+        if self.fit.unseen:
+            yield f"The {words} do not see {wording.quoted(names[number] for number in self.fit.unseen)}: left alone"
+        for one, other in self.fit.alike:
+            yield f"To the {words} '{names[one]}' and '{names[other]}' look alike, so they may be taken for each other"
+        left_alone = key_shapes.left_alone_note(self.shapes.left_alone)
+        if left_alone:
+            yield left_alone

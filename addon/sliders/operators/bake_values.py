@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds values of the shape keys that a mesh has by its handles or by markers, and keys them."""
+
+import bpy
+
+from ...baking.properties import chosen, unsaved
+from ...live import engine
+from ...widgets.background import BackgroundOperator
+from .. import properties
+from ..bridge import value_curves
+from ..bridge.value_baking import SOURCES, ValueBaking
+
+
+class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
+    """Find the values of the shape keys with which the face follows its handles or markers, and key them"""
+
+    bl_idname = "meanvalue.bake_values"
+    bl_label = "Bake Shape Key Values"
+    doing = "Baking values of"
+
+    __annotations__ = unsaved(properties.OPTIONS)
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj) or value_curves.problem(obj)
+        found = [source.problem(obj) for source in SOURCES.values()] if problem is None else ()
+        if problem is None and all(found):
+            problem = SOURCES[obj.meanvalue.bake_values.source].problem(obj)
+        return problem
+
+    def start_reading(self, obj):
+        return SOURCES[self._options(obj).source].start_reading(obj)
+
+    def prepare(self, obj, reading):
+        return ValueBaking(obj, bpy.context.scene, self._options(obj), reading)
+
+    def before(self, prepared):
+        with engine.held():
+            for share in prepared.source.sample(self._object):
+                yield "sampling the animation", share
+
+    def after(self, prepared):
+        for share in prepared.reduce():
+            yield "choosing the keyframes", share
+
+    def finish(self, obj, prepared, _outcome):
+        notes = prepared.write(obj)
+        scene = bpy.context.scene
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        return prepared.account(obj), notes
+
+    def _options(self, obj):
+        return chosen(self, obj.meanvalue.bake_values, properties.OPTIONS)

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How values of shape keys are baked: `object.meanvalue.bake_values`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+
+from ..baking import properties as baking
+from ..scene.declarations import aside
+from .bridge.value_baking import DROPPED, ON_OBJECT, STILL
+
+#: What is usual: markers are on a head that moves, handles on one that does not.
+USUAL_MOTION = {'HANDLES': STILL, 'MARKERS': ON_OBJECT}
+
+
+def _source_chosen(options, _context):
+    options.head_motion = USUAL_MOTION[options.source]
+
+
+#: What can be chosen, for the settings and for the operator's own properties alike.
+OPTIONS = {
+    "source": EnumProperty(
+        name="From",
+        description="What the shape keys are to follow",
+        items=(
+            ('HANDLES', "Handles", "The animated handles, whatever moves them"),
+            (
+                'MARKERS',
+                "Markers",
+                "The take of Motion Capture, laid on the face by picked pairs. Needs no names of markers",
+            ),
+        ),
+        update=_source_chosen,
+    ),
+    "head_motion": EnumProperty(
+        name="Head Motion",
+        description="What becomes of the motion of the whole",
+        items=(
+            (ON_OBJECT, "On the Object", "Keyframes of the object's location and rotation"),
+            (DROPPED, "Dropped", "Found, and left out: the head stays where it is"),
+            (STILL, "None", "The head stands still, and whatever moves is the face"),
+        ),
+        default=STILL,
+    ),
+    "tolerance": FloatProperty(
+        name="Tolerance",
+        description="As few keyframes are made as keep every value within this; at 0 one for each frame",
+        default=0.005,
+        min=0.0,
+        max=1.0,
+        precision=3,
+    ),
+    "replace": BoolProperty(name="Replace", description="Write over what is animated already"),
+    **{name: baking.OPTIONS[name] for name in ("frame_range", "frame_start", "frame_end")},
+}
+
+
+class MEANVALUE_PG_bake_values(bpy.types.PropertyGroup):
+    """How values of shape keys are baked"""
+
+    __annotations__ = OPTIONS
+
+
+PROPERTY_GROUPS = (MEANVALUE_PG_bake_values,)
+SETTINGS = {"bake_values": aside(PointerProperty)(type=MEANVALUE_PG_bake_values)}
