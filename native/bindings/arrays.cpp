@@ -132,4 +132,19 @@ py::array_t<double> to_array(Positions&& positions) {
     return py::array_t<double>({static_cast<py::ssize_t>(owned->rows()), py::ssize_t{3}}, owned->data(), owner);
 }
 
+std::vector<SharedPositions> own_shapes(const py::object& shapes, const char* name) {
+    if (!py::isinstance<py::sequence>(shapes) && !py::isinstance<py::array>(shapes)) {
+        throw ::meanvalue::InvalidInput(
+            message(name, " is no sequence; give (k, n, 3), or one (n, 3) for each shape"));
+    }
+    std::vector<SharedPositions> result;
+    for (const py::handle shape : py::iter(shapes)) {
+        const std::string name_of_shape = message(name, "[", result.size(), "]");
+        result.push_back(
+            share(PositionsArray(py::reinterpret_borrow<py::object>(shape), name_of_shape.c_str()).view(),
+                  name_of_shape.c_str()));
+    }
+    return result;
+}
+
 }  // namespace meanvalue::bindings

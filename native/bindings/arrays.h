@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue::bindings {
@@ -28,6 +29,10 @@ class PositionsArray {
   private:
     FloatArray array_;
 };
+
+/// Positions of several shapes, from an array (k, n, 3) or a sequence of arrays. @throws InvalidInput as
+/// PositionsArray.
+std::vector<SharedPositions> own_shapes(const py::object& shapes, const char* name);
 
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an
 /// integer type, or out of the 32-bit range.

@@ -69,13 +69,14 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
-                const SharedExecution& execution) {
+                const std::optional<py::object>& examples, const SharedExecution& execution) {
     Binding binding(PositionsArray(vertices, "vertices").view(),
                     std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
     binding.loose = loose_rule_from_name(loose);
     binding.method = method_from_name(method);
     binding.threads = threads;
+    if (examples) binding.examples = own_shapes(*examples, "examples");
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
     return start_bind_of(std::move(binding), nullptr, execution);
 }
@@ -172,7 +173,8 @@ void bind_deformer(py::module_& module) {
         define(py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(), py::arg("roi") = py::none(),
                py::arg("handles") = py::none(), py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(),
                py::arg("border") = 0, py::arg("loose") = "stay", py::arg("method") = "fast", py::arg("threads") = 0,
-               py::arg("portable") = false, py::arg("execution") = py::none(), text.c_str());
+               py::arg("portable") = false, py::arg("examples") = py::none(), py::arg("execution") = py::none(),
+               text.c_str());
     };
     def_bind(
         [&](const auto&... arguments) { deformer.def(py::init(deformer_of(&start_bind)), arguments...); },
@@ -202,6 +204,9 @@ void bind_deformer(py::module_& module) {
         "threads: 0 for every core; results do not depend on it.\n"
         "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
         "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
+        "examples: (e, n, 3), or a sequence of (n, 3): shapes that the mesh is known to take, however rotated and\n"
+        "moved. The mesh then bends as they show it, each place by its own blend of them. Method 'fast' only. Each\n"
+        "must differ from the rest shape and from the others.\n"
         "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
         "among others), SolverFailure, Cancelled.");
     def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },

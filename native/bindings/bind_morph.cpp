@@ -17,20 +17,6 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-/// Positions of each shape, from an array (k, n, 3) or a sequence of arrays.
-std::vector<SharedPositions> own_shapes(const py::object& shapes) {
-    if (!py::isinstance<py::sequence>(shapes) && !py::isinstance<py::array>(shapes)) {
-        throw ::meanvalue::InvalidInput("shapes is no sequence; give (k, n, 3), or one (n, 3) for each shape");
-    }
-    std::vector<SharedPositions> result;
-    for (const py::handle shape : py::iter(shapes)) {
-        const std::string name = message("shapes[", result.size(), "]");
-        result.push_back(
-            share(PositionsArray(py::reinterpret_borrow<py::object>(shape), name.c_str()).view(), name.c_str()));
-    }
-    return result;
-}
-
 /// The triangles of all shapes. @param faces (m, 3), or one of these for each shape, which must be equal.
 Triangles own_faces(const py::object& faces, std::size_t shape_count) {
     const py::array array = py::array::ensure(faces);
@@ -77,7 +63,7 @@ std::vector<double> own_weights(const py::object& weights, std::size_t shape_cou
 
 Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
                       int threads, bool portable, const SharedExecution& execution) {
-    const std::vector<SharedPositions> owned = own_shapes(shapes);
+    const std::vector<SharedPositions> owned = own_shapes(shapes, "shapes");
     MorphBinding binding(owned, std::make_shared<const Triangles>(own_faces(faces, owned.size())));
     if (anchors) binding.anchors = as_indices(*anchors, "anchors", "vertex");
     binding.threads = threads;
@@ -106,7 +92,7 @@ Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weig
 
 std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& faces, int threads,
                                     const SharedExecution& execution) {
-    const std::vector<SharedPositions> owned = own_shapes(shapes);
+    const std::vector<SharedPositions> owned = own_shapes(shapes, "shapes");
     const Triangles triangles = own_faces(faces, owned.size());
     const SharedExecution held = execution_or_new(execution);
     const py::gil_scoped_release released;

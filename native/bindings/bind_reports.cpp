@@ -83,6 +83,16 @@ void bind_reports(py::module_& module) {
         .def_readonly(
             "gradient", &Solution::gradient,
             "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
+        .def_property_readonly(
+            "example_weights",
+            [](const Solution& solution) -> py::object {
+                if (solution.example_weights.empty()) return py::none();
+                const auto count = static_cast<py::ssize_t>(solution.vertices.rows());
+                const auto shapes = static_cast<py::ssize_t>(solution.example_weights.size()) / count;
+                return py::array_t<double>({count, shapes}, solution.example_weights.data());
+            },
+            "(n, e + 1) float64: what the rest shape and each of e examples count at each vertex, one in all;\n"
+            "None without examples.")
         .def_readonly("iterations", &Solution::iterations, "int: of the whole mesh, in the last stage.")
         .def_readonly("all_iterations", &Solution::all_iterations,
                       "int: with those of coarser levels and of the stages before the last.")

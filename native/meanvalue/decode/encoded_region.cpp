@@ -12,10 +12,12 @@ std::size_t RegionShape::bytes() const {
     return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
            (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size()) *
                sizeof(Index) +
-           elimination_order.size() * sizeof(Index) + (stiff_rings ? stiff_rings->bytes() : 0);
+           elimination_order.size() * sizeof(Index) + (stiff_rings ? stiff_rings->bytes() : 0) +
+           (examples ? examples->bytes() : 0);
 }
 
-std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution) {
+std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution,
+                                                const std::vector<SharedPositions>& examples) {
     auto shape = std::make_shared<RegionShape>();
     shape->region = std::move(region);
     shape->region.is_fixed.clear();
@@ -34,6 +36,11 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts,
         }
         const RestCells cells = rest_cells(shape->encoding, of.positions, threads, execution);
         shape->stiff_rings = find_stiff_rings(shape->encoding, vertices, cells, execution);
+    }
+    if (!examples.empty()) {
+        const StageTimer timer(shape->timings, "examples");
+        execution.begin_stage("examples");
+        shape->examples.emplace(shape->encoding, of, examples, threads, execution);
     }
     if (parts.elimination_order) {
         const StageTimer timer(shape->timings, "order");

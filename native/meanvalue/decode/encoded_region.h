@@ -7,10 +7,12 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/instruction_set.h"
+#include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/hessian_springs.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/examples/example_shapes.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
@@ -26,6 +28,7 @@ struct RegionShape {
     double size = 0.0;                      ///< mean_diagonal()
     std::vector<Index> elimination_order;   ///< or empty: for methods that have no use for it
     std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods
+    std::optional<ExampleShapes> examples;  ///< or none
     Timings timings;                        ///< seconds by stage
 
     std::size_t bytes() const;
@@ -50,8 +53,10 @@ struct ShapeParts {
     bool stiff_rings = false;
 };
 
-/// @throws Cancelled. Cost: linear, but with an order of elimination that of a nested dissection.
-std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution);
+/// @param examples of the whole mesh, or none. @throws Cancelled. Cost: linear, but with an order of elimination that
+/// of a nested dissection.
+std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution,
+                                                const std::vector<SharedPositions>& examples = {});
 
 /// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.
 EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,

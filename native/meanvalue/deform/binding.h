@@ -66,6 +66,9 @@ struct Binding {
     /// is loose.
     std::vector<char> is_border = {};
     LooseRule loose = LooseRule::kStay;
+    /// Shapes that the mesh is known to take, n x 3 each, any rotation and place: the mesh bends as they show it.
+    /// Method::kFast only.
+    std::vector<SharedPositions> examples = {};
 };
 
 /// What bind found, and what it cost.

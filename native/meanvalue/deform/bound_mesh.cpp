@@ -9,6 +9,7 @@
 #include "meanvalue/decode/full_decoder.h"
 #include "meanvalue/decode/paper_decoder.h"
 #include "meanvalue/deform/binding_input.h"
+#include "meanvalue/deform/example_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
@@ -54,8 +55,9 @@ std::shared_ptr<const RestMesh> checked_mesh(const Binding& binding) {
     require_finite(*binding.vertices, "vertices");
     require_moderate_extent(*binding.vertices);
     require_triangles(static_cast<Index>(binding.vertices->rows()), *binding.faces);
-    return std::make_shared<RestMesh>(
-        RestMesh{binding.vertices, binding.faces, binding.roi, bounding_box_diagonal(*binding.vertices)});
+    require_examples(binding);
+    return std::make_shared<RestMesh>(RestMesh{binding.vertices, binding.faces, binding.roi,
+                                               bounding_box_diagonal(*binding.vertices), binding.examples});
 }
 
 template <typename Array>
@@ -140,7 +142,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);
     const ShapeParts parts{method_ != Method::kPaper, method_ == Method::kFast};
-    return encode_shape(std::move(region), parts, threads_, execution);
+    return encode_shape(std::move(region), parts, threads_, execution, mesh_->examples);
 }
 
 Binding BoundMesh::binding_again() const {
@@ -149,6 +151,7 @@ Binding BoundMesh::binding_again() const {
     binding.threads = threads_;
     binding.instructions = instructions_;
     binding.loose = loose_;
+    binding.examples = mesh_->examples;
     return binding;
 }
 
@@ -257,6 +260,21 @@ Positions BoundMesh::whole_mesh(const Positions& region, const PositionsView& ta
     }
     loose_parts_.carry(rest(), positions.data(), threads, uncancelled);
     return positions;
+}
+
+std::vector<double> BoundMesh::example_weights(const ExampleWeights& weights, int threads) const {
+    if (!decoder_->shape()->examples) return {};
+    const ExampleSpace& examples = decoder_->shape()->examples->whole;
+    const std::size_t count = static_cast<std::size_t>(examples.count()) + 1;
+    std::vector<double> result(count * is_fixed_.size(), 0.0);
+    for (std::size_t v = 0; v < is_fixed_.size(); ++v)
+        result[v * count] = 1.0;
+    if (weights.size() == 0) return result;
+    parallel_for(static_cast<Index>(region_vertices_.size()), threads, Execution(), [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            examples.weights_at(k, weights, result.data() + region_vertices_[k] * count);
+    });
+    return result;
 }
 
 }  // namespace meanvalue

@@ -21,6 +21,7 @@ struct RestMesh {
     SharedTriangles faces;
     std::optional<std::vector<char>> roi;
     double diagonal = 0.0;  ///< of its bounding box
+    std::vector<SharedPositions> examples;
 };
 
 /// Everything that bind makes. Never written to afterwards, so that any number of threads may read it.
@@ -67,6 +68,8 @@ class BoundMesh {
     /// n x 3: the whole mesh with the decoder's vertices and the anchors that are met exactly; loose parts carried
     /// along.
     Positions whole_mesh(const Positions& region, const PositionsView& targets, int threads) const;
+    /// n x (e + 1). @param weights of the decoder, or empty: there are no examples.
+    std::vector<double> example_weights(const ExampleWeights& weights, int threads) const;
     /// The parts that go along with others, which have no rows.
     const LooseParts& loose_parts() const { return loose_parts_; }
 

@@ -126,6 +126,7 @@ Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const Position
         if (options.settle) workspace.forget();
     }
     solution.vertices = bound().whole_mesh(positions, filled, threads);
+    solution.example_weights = bound().example_weights(report.example_weights, threads);
     region = std::move(positions);
     solution.energies = report.energies;
     solution.initial_energy = report.energies.front();

@@ -49,8 +49,10 @@ struct Solution {
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
     std::vector<double> energies;   ///< at the start and after each iteration
-    int iterations = 0;             ///< of the whole mesh, in the last stage: those of `energies`
-    int all_iterations = 0;         ///< with those of coarser levels and of the stages before the last
+    /// n x (e + 1) where there are e examples: what the rest shape and each of them count at each vertex.
+    std::vector<double> example_weights;
+    int iterations = 0;      ///< of the whole mesh, in the last stage: those of `energies`
+    int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
     bool converged = false;
     std::string stop_reason;
     Timings timings;  ///< seconds by stage

@@ -15,6 +15,7 @@
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
+#include "meanvalue/mesh/volume.h"
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/shape_overlay.h"
@@ -29,17 +30,6 @@ constexpr double kMoving = 1e-3;
 // Weight of a part's own rotation beside the fit: enough that it does not turn over where average positions cancel
 // each other, as those of a straight limb and of one that is curled up do.
 constexpr double kOwnRotation = 0.25;
-
-/// Six times the volume inside.
-double signed_volume(const PositionsView& positions, const TrianglesView& faces) {
-    const Vector3 origin = positions.row(0);
-    double sum = 0.0;
-    for (Index f = 0; f < faces.rows(); ++f) {
-        const auto corner = [&](int c) -> Vector3 { return Vector3(positions.row(faces(f, c))) - origin; };
-        sum += corner(0).dot(corner(1).cross(corner(2)));
-    }
-    return sum;
-}
 
 void check_shapes(const MorphBinding& binding) {
     if (binding.shapes.size() < 2) {
@@ -63,8 +53,8 @@ void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
     for (std::size_t k = 1; k < binding.shapes.size(); ++k) {
         const double other = signed_volume(*binding.shapes[k], *binding.faces);
         if (first * other >= 0.0) continue;
-        throw InvalidInput(message("shapes[", k, "] is mirrored, or inside out: its volume is ", other / 6.0,
-                                   ", that of shapes[0] is ", first / 6.0,
+        throw InvalidInput(message("shapes[", k, "] is mirrored, or inside out: its volume is ", other,
+                                   ", that of shapes[0] is ", first,
                                    "; mirror it back along one axis, or flip its faces"));
     }
 }

@@ -55,14 +55,15 @@ DeformationEnergy::Workspace DeformationEnergy::make_workspace() const {
 
 double DeformationEnergy::evaluate(const PositionsView& positions, double rigidity, Positions& gradient, int threads,
                                    const Execution& execution, Workspace& workspace) const {
-    const double stretching = rigidity * rows_.stretching;
+    const EnergyBlocks& rows = workspace.rows ? *workspace.rows : rows_;
+    const double stretching = rigidity * rows.stretching;
     const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
     const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
     if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
-    parallel_items(rows_.block_count(), workers, execution, [&](int worker, std::size_t block) {
+    parallel_items(rows.block_count(), workers, execution, [&](int worker, std::size_t block) {
         workspace.block_energy[block] =
-            evaluate_block(block, positions, stretching, workspace.shares.data() + rows_.blocks[block].first_point,
-                           workspace.scratch[worker]);
+            evaluate_block(rows, block, positions, stretching,
+                           workspace.shares.data() + rows.blocks[block].first_point, workspace.scratch[worker]);
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
         for (Index slot = begin; slot < end; ++slot) {
@@ -83,20 +84,26 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     return sum;
 }
 
-double DeformationEnergy::evaluate_block(std::size_t block, const PositionsView& positions, double stretching,
-                                         PaddedPoint* shares, Workspace::Scratch& scratch) const {
-    const EnergyBlock& begin = rows_.blocks[block];
-    const EnergyBlock& end = rows_.blocks[block + 1];
-    scratch.positions.resize(rows_.largest_block);
-    const Index* const points = rows_.points.data() + begin.first_point;
+void DeformationEnergy::refill(const Encoding& encoding, const RestCells& cells, int threads,
+                               const Execution& execution, Workspace& workspace) const {
+    if (!workspace.rows) workspace.rows = rows_;
+    refill_energy_blocks(encoding, unknowns_, cells, threads, execution, *workspace.rows);
+}
+
+double DeformationEnergy::evaluate_block(const EnergyBlocks& rows, std::size_t block, const PositionsView& positions,
+                                         double stretching, PaddedPoint* shares, Workspace::Scratch& scratch) const {
+    const EnergyBlock& begin = rows.blocks[block];
+    const EnergyBlock& end = rows.blocks[block + 1];
+    scratch.positions.resize(rows.largest_block);
+    const Index* const points = rows.points.data() + begin.first_point;
     for (std::int64_t k = 0; k < end.first_point - begin.first_point; ++k) {
         const double* const position = positions.data() + positions.outerStride() * points[k];
         scratch.positions[k] = {{position[0], position[1], position[2], 0.0}};
         shares[k] = {};
     }
-    scratch.kernel.resize(rows_.longest_ring);
-    return kernel_(rows_.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
-                   rows_.rings(), scratch.positions.data(), stretching, scratch.kernel, shares);
+    scratch.kernel.resize(rows.longest_ring);
+    return kernel_(rows.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
+                   rows.rings(), scratch.positions.data(), stretching, scratch.kernel, shares);
 }
 
 std::size_t DeformationEnergy::bytes() const {
@@ -105,6 +112,7 @@ std::size_t DeformationEnergy::bytes() const {
 
 std::size_t DeformationEnergy::Workspace::bytes() const {
     std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + block_energy.capacity() * sizeof(double) +
+                      (rows ? rows->bytes() : 0) +
                       (static_cast<std::size_t>(soft_targets.size()) + soft_weights.capacity()) * sizeof(double);
     for (const Scratch& of_thread : scratch)
         sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.kernel.bytes();

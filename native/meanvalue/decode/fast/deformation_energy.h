@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -51,8 +52,9 @@ class DeformationEnergy {
         std::vector<PaddedPoint> shares;   ///< of dE/dV, by each point of each block
         std::vector<double> block_energy;  ///< of E, by each block
         std::vector<Scratch> scratch;
-        Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
-        std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
+        std::optional<EnergyBlocks> rows;  ///< of refill(), in place of those at rest
+        Positions soft_targets;             ///< |soft anchors| x 3: to be set before anything is evaluated
+        std::vector<double> soft_weights;   ///< |soft anchors|, what each counts in this solve; empty: 1
 
         std::size_t bytes() const;
     };
@@ -76,6 +78,11 @@ class DeformationEnergy {
                     const Execution& execution, Workspace& workspace) const;
     Workspace make_workspace() const;
 
+    /// From now on solves with this workspace keep other cells than those at rest. What rows and lengths count stays.
+    /// @param encoding, cells of the same layout. The same bits for any number of threads. @throws Cancelled.
+    void refill(const Encoding& encoding, const RestCells& cells, int threads, const Execution& execution,
+                Workspace& workspace) const;
+
     /// What of E's Hessian does not depend on the pose: (I - W)^T a (I - W) + rigidity (h/D)^2 times the Laplacian
     /// with weights c. It bounds the second part, whose rotations only lower it, and is the smooth part of the first;
     /// 2 s on the diagonal at soft anchors. The same bits for any number of threads. @throws Cancelled.
@@ -87,8 +94,8 @@ class DeformationEnergy {
 
   private:
     void index_uses(const Execution& execution);
-    double evaluate_block(std::size_t block, const PositionsView& positions, double stretching, PaddedPoint* shares,
-                          Workspace::Scratch& scratch) const;
+    double evaluate_block(const EnergyBlocks& rows, std::size_t block, const PositionsView& positions,
+                          double stretching, PaddedPoint* shares, Workspace::Scratch& scratch) const;
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
@@ -24,6 +25,24 @@ constexpr std::size_t kBlockRows = 2048;
 /// A weight to the power of the share of all weights that counts.
 double share_of(double weight, double by_length) {
     return by_length == 1.0 ? weight : power(weight, by_length);
+}
+
+/// What a cell has at rest into one lane of a batch.
+void fill_cell(const EncodedRing& ring, const Vector3* edges, int lane, RowBatch& batch, EnergyBlocks& blocks) {
+    batch.softening.value[lane] = ring.softening;
+    for (Index k = 0; k < ring.valence; ++k) {
+        const std::size_t place = batch.first + k;
+        blocks.bending_lanes[place].weight.value[lane] = ring.weights[k];
+        blocks.bending_lanes[place].height.value[lane] = ring.heights[k];
+        EdgeLanes& edge = blocks.edge_lanes[place];
+        edge.x.value[lane] = edges[k].x();
+        edge.y.value[lane] = edges[k].y();
+        edge.z.value[lane] = edges[k].z();
+        if (ring.normal_weights != nullptr) {
+            blocks.steep_lanes[batch.first_steep + k].value[lane] =
+                kSteepScale * (ring.normal_weights[k] - ring.weights[k]);
+        }
+    }
 }
 
 class BlockBuilder {
@@ -142,23 +161,13 @@ class BlockBuilder {
         spokes_.resize(ring.valence);
         measure(row, ring);
         batch.centre[lane] = point_of_[unknowns_.rows[row]];
-        batch.softening.value[lane] = ring.softening;
         for (Index k = 0; k < ring.valence; ++k) {
             const std::size_t place = batch.first + k;
             result_.vertex_lanes[place].vertex[lane] = point_of_[ring.ring[k]];
-            result_.bending_lanes[place].weight.value[lane] = ring.weights[k];
-            result_.bending_lanes[place].height.value[lane] = ring.heights[k];
             result_.stretching_lanes[place].spoke.value[lane] = count * spokes_[k].spoke;
             result_.stretching_lanes[place].rim.value[lane] = count * spokes_[k].rim;
-            EdgeLanes& edge = result_.edge_lanes[place];
-            edge.x.value[lane] = spokes_[k].rest.x();
-            edge.y.value[lane] = spokes_[k].rest.y();
-            edge.z.value[lane] = spokes_[k].rest.z();
-            if (ring.normal_weights != nullptr) {
-                result_.steep_lanes[batch.first_steep + k].value[lane] =
-                    kSteepScale * (ring.normal_weights[k] - ring.weights[k]);
-            }
         }
+        fill_cell(ring, cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], lane, batch, result_);
     }
 
     /// The spokes of a row, by its rigidity, and 1 / h_i^2 into its bending.
@@ -234,6 +243,22 @@ EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unkno
         stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
     result.hessian_springs = hessian_springs(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
     return result;
+}
+
+void refill_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, int threads,
+                           const Execution& execution, EnergyBlocks& blocks) {
+    parallel_items(blocks.block_count(), threads, execution, [&](int, std::size_t block) {
+        const auto end = blocks.blocks[block + 1].first_batch;
+        for (auto number = blocks.blocks[block].first_batch; number < end; ++number) {
+            RowBatch& batch = blocks.batches[number];
+            for (int lane = 0; lane < kRowLanes; ++lane) {
+                const Index row = batch.row[batch.row[lane] < 0 ? 0 : lane];
+                const EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+                const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
+                fill_cell(ring, edges, lane, batch, blocks);
+            }
+        }
+    });
 }
 
 }  // namespace meanvalue

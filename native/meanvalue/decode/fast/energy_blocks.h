@@ -56,4 +56,10 @@ EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unkno
                                  double size, double by_length, const std::vector<double>& hardness,
                                  const StiffRings* stiff, const Execution& execution);
 
+/// Puts other cells in place of those that `blocks` were built for, and the coefficients of their encoding. What
+/// rows and edges count stays. @param encoding, cells of the same layout. The same bits for any `threads`. @throws
+/// Cancelled.
+void refill_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, int threads,
+                           const Execution& execution, EnergyBlocks& blocks);
+
 }  // namespace meanvalue

@@ -109,6 +109,13 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
                                                    Execution& execution) const {
     const bool is_whole = &encoding == &encoding_;
     auto level = std::make_unique<FastLevel>();
+    level->encoding = &encoding;
+    if (shape_->examples) {
+        level->examples =
+            is_whole ? std::shared_ptr<const ExampleSpace>(shape_, &shape_->examples->whole)
+                     : std::make_shared<const ExampleSpace>(encoding, shape_->examples->functions, region_.positions,
+                                                            shape_->examples->shapes, threads_, execution);
+    }
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,

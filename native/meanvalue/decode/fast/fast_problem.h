@@ -7,6 +7,7 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/decode/fast/handle_paths.h"
 #include "meanvalue/decode/fast/soft_constraints.h"
+#include "meanvalue/examples/example_space.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"
@@ -26,7 +27,9 @@ struct FastStage {
 struct FastLevel {
     Unknowns unknowns;
     std::unique_ptr<const DeformationEnergy> energy;
-    std::vector<FastStage> stages;  ///< stiffest first; the last has the rigidity asked for
+    const Encoding* encoding = nullptr;
+    std::shared_ptr<const ExampleSpace> examples;  ///< on this level; or none
+    std::vector<FastStage> stages;                 ///< stiffest first; the last has the rigidity asked for
 };
 
 struct FastProblem {

@@ -12,8 +12,52 @@ constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
+// Rounds of fitting examples and solving on a coarse level, which end when no weight changes by more than this. Each
+// round is solved to this share of the size: the slow ways downhill are what examples change most.
+constexpr int kMostRounds = 40;
+constexpr double kSettledWeights = 0.003;
+constexpr double kRoundTolerance = 5e-5;
+constexpr int kMostRoundIterations = 60;
 
 }  // namespace
+
+/// From now on the rest shape alone is kept.
+void FastSolve::forget_examples() {
+    work_.example_weights.resize(0, 0);
+    for (FastWorkspace::OfLevel& of_level : work_.levels)
+        of_level.energy.rows.reset();
+}
+
+/// Fits the weights of the examples to a shape. @return how much the farthest one changed.
+double FastSolve::fit_examples(Level level, const Positions& shape) {
+    ExampleWeights weights = level.bound.examples->fit(shape, threads_, execution_);
+    if (work_.example_weights.size() == 0) work_.example_weights.setZero(weights.rows(), weights.cols());
+    const double change = (weights - work_.example_weights).cwiseAbs().maxCoeff();
+    work_.example_weights = std::move(weights);
+    return change;
+}
+
+/// The level keeps the blend by these weights from now on.
+void FastSolve::blend_examples(Level level) {
+    if (work_.example_weights.size() == 0) return;
+    if (level.work.blended.ring.empty()) {
+        level.work.blended = *level.bound.encoding;
+        level.work.blended_cells.edges.resize(level.work.blended.ring.size());
+    }
+    level.bound.examples->blend(work_.example_weights, threads_, execution_, level.work.blended,
+                                level.work.blended_cells);
+    level.bound.energy->refill(level.work.blended, level.work.blended_cells, threads_, execution_, level.work.energy);
+}
+
+/// Fits and solves in turns.
+void FastSolve::relax_with_examples(Level level, Positions& positions) {
+    for (int round = 0; round < kMostRounds; ++round) {
+        const double change = fit_examples(level, positions);
+        blend_examples(level);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kRoundTolerance, kMostRoundIterations), positions);
+        if (change < kSettledWeights) break;
+    }
+}
 
 DecodeReport FastSolve::run(Positions& positions) {
     DecodeReport report;
@@ -28,6 +72,11 @@ DecodeReport FastSolve::run(Positions& positions) {
     }
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
+    if (has_examples() && is_cold) forget_examples();
+    if (has_examples() && !is_cold) {
+        fit_examples(whole(), *options_.previous);
+        blend_examples(whole());
+    }
     const bool has_history = std::exchange(work_.keeps_history, false);
     LbfgsOptions lbfgs = lbfgs_options(options_.tolerance, options_.max_iterations);
     if (is_cold) {
@@ -40,10 +89,15 @@ DecodeReport FastSolve::run(Positions& positions) {
         lbfgs.patience = may_leave_off ? kPatience : 0;
         lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
     }
-    LbfgsReport minimised;
-    {
+    const auto minimise_whole = [&] {
         const StageTimer timer(timings_, "minimise");
-        minimised = minimise(whole(), problem_.levels.front()->stages.size() - 1, lbfgs, positions);
+        return minimise(whole(), problem_.levels.front()->stages.size() - 1, lbfgs, positions);
+    };
+    LbfgsReport minimised = minimise_whole();
+    if (has_examples() && !goes_on_) {
+        fit_examples(whole(), positions);
+        blend_examples(whole());
+        minimised = minimise_whole();
     }
     if (!is_cold && options_.in_drag && !options_.is_last) {
         work_.predictor.note(positions, drivers(positions, soft_targets()));
@@ -54,6 +108,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     report.energies = std::move(minimised.energies);
     report.initial_gradient = minimised.initial_gradient;
     report.gradient = minimised.gradient;
+    report.example_weights = work_.example_weights;
     report.converged = minimised.converged;
     report.stop_reason = minimised.converged  ? "converged"
                          : minimised.at_limit ? "iteration limit"

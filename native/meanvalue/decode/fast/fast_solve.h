@@ -49,6 +49,13 @@ class FastSolve {
     const Positions& soft_targets() const { return work_.levels.front().energy.soft_targets; }
     void place_along(const HandlePaths::Path& path, double fraction, Level level, Positions& positions);
 
+    // With examples.
+    bool has_examples() const { return problem_.levels.front()->examples != nullptr; }
+    void forget_examples();
+    double fit_examples(Level level, const Positions& shape);
+    void blend_examples(Level level);
+    void relax_with_examples(Level level, Positions& positions);
+
     // From rest.
     void start_cold(Positions& positions);
     std::vector<double> carrying_weights() const;

@@ -17,15 +17,19 @@ struct FastWorkspace : Workspace {
         DeformationEnergy::Workspace energy;
         Lbfgs minimiser;
         std::vector<DiagonalDowndate> downdates;  // for each stage
+        Encoding blended;                         // of the examples
+        RestCells blended_cells;
     };
 
     void forget() override {
         predictor.forget();
         keeps_history = false;
+        example_weights.resize(0, 0);
     }
     std::size_t bytes() const override;
 
-    std::vector<OfLevel> levels;  // as FastProblem::levels
+    std::vector<OfLevel> levels;     // as FastProblem::levels
+    ExampleWeights example_weights;  // of the last blend; empty: the rest shape alone
     SupernodalFactor::Workspace factor;
     SecantPredictor predictor;    // of the solves of a drag
     bool keeps_history = false;   // the whole mesh' minimizer: of the last of those, which came to its end

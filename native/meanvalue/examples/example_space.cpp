@@ -1,0 +1,230 @@
+#include "meanvalue/examples/example_space.h"
+
+#include <algorithm>
+
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/linalg/closest_rotation.h"
+
+namespace meanvalue {
+namespace {
+
+// What weights cost, as a share of the mean diagonal of their normal matrix: their size, and their differences
+// between functions that overlap.
+constexpr double kSizeCost = 0.03;
+constexpr double kDifferenceCost = 0.3;
+// Vertices that weights are fitted to: as good as all of them from a few hundred for each weight on.
+constexpr Index kSample = 6000;
+
+/// The rotation that takes `from` onto `to`, as well as `weights` let it.
+Matrix3 rotation_onto(const Vector3* from, const Vector3* to, const double* weights, Index count) {
+    Matrix3 covariance = Matrix3::Zero();
+    for (Index k = 0; k < count; ++k)
+        covariance += weights[k] * to[k] * from[k].transpose();
+    return closest_rotation(covariance);
+}
+
+}  // namespace
+
+ExampleSpace::ExampleSpace(const Encoding& rest, const SurfaceFunctions& functions, const PositionsView& positions,
+                           const std::vector<Positions>& shapes, int threads, const Execution& execution)
+    : rest_(rest),
+      count_(static_cast<Index>(shapes.size())),
+      functions_(functions),
+      cells_(rest_cells(rest_, positions, threads, execution)),
+      cell_weights_(rest_.ring.size()),
+      differences_(rest_.ring.size() * count_),
+      softening_(rest_.softening.size() * count_),
+      steep_weights_(rest_.steep_weights.size() * count_) {
+    parallel_for(rest_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        std::vector<Spoke> spokes;
+        for (Index v = begin; v < end; ++v) {
+            const Index first = rest_.ring_offsets[v];
+            const Index valence = rest_.ring_offsets[v + 1] - first;
+            spokes.resize(valence);
+            measure_spokes(cells_.edges.data() + first, valence, spokes.data());
+            for (Index k = 0; k < valence; ++k)
+                cell_weights_[first + k] = spokes[k].spoke;
+        }
+    });
+    for (Index example = 0; example < count_; ++example)
+        measure(example, shapes[example], threads, execution);
+    std::vector<Index> vertices;
+    for (Index v = 0; v < rest_.vertex_count(); ++v) {
+        if (rest_.predictable(v)) vertices.push_back(v);
+    }
+    const std::size_t step = std::max<std::size_t>(1, vertices.size() / kSample);
+    for (std::size_t k = 0; k < vertices.size(); k += step)
+        sample_.push_back(vertices[k]);
+    factorise(execution);
+}
+
+void ExampleSpace::measure(std::size_t example, const PositionsView& shape, int threads, const Execution& execution) {
+    const RestCells cells = rest_cells(rest_, shape, threads, execution);
+    parallel_for(rest_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        RingEncoder encoder(shape);
+        for (Index v = begin; v < end; ++v) {
+            if (!rest_.predictable(v)) continue;
+            const Index first = rest_.ring_offsets[v];
+            const Index valence = rest_.ring_offsets[v + 1] - first;
+            const Vector3* const rest_edges = cells_.edges.data() + first;
+            const Matrix3 rotation =
+                rotation_onto(cells.edges.data() + first, rest_edges, cell_weights_.data() + first, valence);
+            for (Index k = 0; k < valence; ++k) {
+                const Vector3 edge = rotation * cells.edges[first + k] - rest_edges[k];
+                Difference& difference = differences_[static_cast<std::size_t>(first + k) * count_ + example];
+                for (int c = 0; c < 3; ++c)
+                    difference.edge[c] = static_cast<float>(edge[c]);
+            }
+            measure_encoding(example, v, encoder);
+        }
+    });
+}
+
+/// Where the example can't be encoded as the rest shape is, it has no difference.
+void ExampleSpace::measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder) {
+    const EncodedRing ring = rest_.ring_of(vertex);
+    const bool is_steep = ring.normal_weights != nullptr;
+    const std::uint8_t flags = encoder.encode(vertex, ring.ring, ring.valence, is_steep);
+    if ((flags & kNotPredictable) != 0 || ((flags & kSteepEdge) != 0) != is_steep) return;
+    const auto first = static_cast<std::size_t>(rest_.ring_offsets[vertex]);
+    for (Index k = 0; k < ring.valence; ++k) {
+        Difference& difference = differences_[(first + k) * count_ + example];
+        difference.weight = static_cast<float>(encoder.weights()[k] - ring.weights[k]);
+        difference.height = static_cast<float>(encoder.heights()[k] - ring.heights[k]);
+    }
+    softening_[static_cast<std::size_t>(vertex) * count_ + example] =
+        static_cast<float>(encoder.softening() - ring.softening);
+    if (!is_steep) return;
+    const std::vector<double> steep = encoder.steep_weights();
+    const auto first_steep = static_cast<std::size_t>(rest_.steep_offset[vertex]);
+    for (Index k = 0; k < ring.valence; ++k) {
+        steep_weights_[(first_steep + k) * count_ + example] = static_cast<float>(steep[k] - ring.normal_weights[k]);
+    }
+}
+
+void ExampleSpace::factorise(const Execution& execution) {
+    const Eigen::Index size = Eigen::Index{functions_.count()} * count_;
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+    Eigen::MatrixXd overlap = Eigen::MatrixXd::Zero(functions_.count(), functions_.count());
+    Eigen::MatrixXd of_vertex(count_, count_);
+    Eigen::MatrixXd edges(3, count_);
+    for (const Index v : sample_) {
+        execution.check();
+        of_vertex.setZero();
+        for (Index half_edge = rest_.ring_offsets[v]; half_edge < rest_.ring_offsets[v + 1]; ++half_edge) {
+            const Difference* const of = differences_of(half_edge);
+            for (Index e = 0; e < count_; ++e)
+                edges.col(e) << of[e].edge[0], of[e].edge[1], of[e].edge[2];
+            of_vertex.noalias() += cell_weights_[half_edge] * edges.transpose() * edges;
+        }
+        for (auto a = functions_.begin(v); a != functions_.end(v); ++a) {
+            for (auto b = functions_.begin(v); b != functions_.end(v); ++b) {
+                normal.block(a->function * count_, b->function * count_, count_, count_) +=
+                    a->value * b->value * of_vertex;
+                if (a->function != b->function) overlap(a->function, b->function) += a->value * b->value;
+            }
+        }
+    }
+    const double scale = size > 0 ? normal.diagonal().mean() : 0.0;
+    const Eigen::VectorXd degrees = overlap.rowwise().sum();
+    const double mean_degree = degrees.mean();
+    for (Index a = 0; a < functions_.count(); ++a) {
+        for (Index b = 0; b < functions_.count(); ++b) {
+            const double laplacian = a == b ? degrees[a] : -overlap(a, b);
+            const double cost = mean_degree > 0.0 ? kDifferenceCost * laplacian / mean_degree : 0.0;
+            normal.block(a * count_, b * count_, count_, count_).diagonal().array() +=
+                scale * (cost + (a == b ? kSizeCost : 0.0));
+        }
+    }
+    factor_.compute(normal);
+}
+
+ExampleWeights ExampleSpace::fit(const PositionsView& shape, int threads, const Execution& execution) const {
+    const auto count = static_cast<Index>(sample_.size());
+    Eigen::MatrixXd pulls(count_, count);  // of each sampled vertex
+    parallel_for(count, threads, execution, [&](Index begin, Index end) {
+        std::vector<Vector3> edges;
+        for (Index s = begin; s < end; ++s) {
+            const Index v = sample_[s];
+            const Index first = rest_.ring_offsets[v];
+            const Index valence = rest_.ring_offsets[v + 1] - first;
+            edges.resize(valence);
+            for (Index k = 0; k < valence; ++k)
+                edges[k] = (shape.row(v) - shape.row(rest_.ring[first + k])).transpose();
+            const Vector3* const rest_edges = cells_.edges.data() + first;
+            const Matrix3 rotation = rotation_onto(edges.data(), rest_edges, cell_weights_.data() + first, valence);
+            pulls.col(s).setZero();
+            for (Index k = 0; k < valence; ++k) {
+                const Vector3 difference = cell_weights_[first + k] * (rotation * edges[k] - rest_edges[k]);
+                const Difference* const of = differences_of(first + k);
+                for (Index e = 0; e < count_; ++e)
+                    pulls(e, s) += of[e].edge[0] * difference.x() + of[e].edge[1] * difference.y() +
+                                   of[e].edge[2] * difference.z();
+            }
+        }
+    });
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count_, functions_.count());
+    for (Index s = 0; s < count; ++s) {
+        for (auto f = functions_.begin(sample_[s]); f != functions_.end(sample_[s]); ++f)
+            right.col(f->function) += f->value * pulls.col(s);
+    }
+    const Eigen::VectorXd solved = factor_.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), right.size()));
+    return Eigen::Map<const Eigen::MatrixXd>(solved.data(), count_, functions_.count()).transpose();
+}
+
+Eigen::VectorXd ExampleSpace::shares_at(Index vertex, const ExampleWeights& weights) const {
+    Eigen::VectorXd shares = Eigen::VectorXd::Zero(count_);
+    for (auto f = functions_.begin(vertex); f != functions_.end(vertex); ++f)
+        shares += f->value * weights.row(f->function).transpose();
+    return shares;
+}
+
+void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execution& execution, Encoding& encoding,
+                         RestCells& cells) const {
+    parallel_for(rest_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            const Eigen::VectorXd shares = shares_at(v, weights);
+            const auto sum = [&](const float* differences) {
+                double result = 0.0;
+                for (Index e = 0; e < count_; ++e)
+                    result += shares[e] * differences[e];
+                return result;
+            };
+            const Index first = rest_.ring_offsets[v];
+            const Index last = rest_.ring_offsets[v + 1];
+            for (Index half_edge = first; half_edge < last; ++half_edge) {
+                const Difference* const of = differences_of(half_edge);
+                Vector3 edge = cells_.edges[half_edge];
+                double weight = rest_.weights[half_edge];
+                double height = rest_.heights[half_edge];
+                for (Index e = 0; e < count_; ++e) {
+                    edge += shares[e] * Vector3(of[e].edge[0], of[e].edge[1], of[e].edge[2]);
+                    weight += shares[e] * of[e].weight;
+                    height += shares[e] * of[e].height;
+                }
+                cells.edges[half_edge] = edge;
+                encoding.weights[half_edge] = weight;
+                encoding.heights[half_edge] = height;
+            }
+            encoding.softening[v] =
+                std::max(0.0, rest_.softening[v] + sum(softening_.data() + static_cast<std::size_t>(v) * count_));
+            const Index steep = rest_.steep_offset[v];
+            for (Index k = steep; steep >= 0 && k < steep + last - first; ++k)
+                encoding.steep_weights[k] =
+                    rest_.steep_weights[k] + sum(steep_weights_.data() + static_cast<std::size_t>(k) * count_);
+        }
+    });
+}
+
+void ExampleSpace::weights_at(Index vertex, const ExampleWeights& weights, double* shares) const {
+    const Eigen::VectorXd of_examples = shares_at(vertex, weights);
+    shares[0] = 1.0 - of_examples.sum();
+    std::copy_n(of_examples.data(), count_, shares + 1);
+}
+
+std::size_t ExampleSpace::bytes() const {
+    return functions_.bytes() +
+           bytes_of(cells_.edges, cell_weights_, differences_, softening_, steep_weights_, sample_);
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,72 @@
+// Shapes that a mesh is known to take: how they bend each cell, and which blend of them a given shape is most like.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/decode/fast/rest_cells.h"
+#include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/ring_encoder.h"
+#include "meanvalue/examples/surface_functions.h"
+
+namespace meanvalue {
+
+/// What each example counts by each function of SurfaceFunctions, functions x e. The rest shape counts what is
+/// missing to one.
+using ExampleWeights = Eigen::MatrixXd;
+
+/// Examples are blended cell by cell: of each half-edge the edge in the frame of its cell, and its coefficients of
+/// the encoding. Weights are fitted to the edges alone (Froehlich and Botsch 2011, with one rotation a cell; Wampler
+/// 2016 for weights that vary over the surface). docs/algorithm.md, "Examples".
+class ExampleSpace {
+  public:
+    /// @param rest the encoding of the rest shape on a level of the mesh. @param functions over the mesh.
+    /// @param positions n x 3, the rest shape; @param shapes e examples. @pre rest and functions outlive it.
+    /// @throws Cancelled. Cost: linear, e times.
+    ExampleSpace(const Encoding& rest, const SurfaceFunctions& functions, const PositionsView& positions,
+                 const std::vector<Positions>& shapes, int threads, const Execution& execution);
+
+    Index count() const { return count_; }  ///< e
+
+    /// The weights by which the blend is most like `shape`, n x 3. Small ones are preferred, and ones that vary
+    /// little. The same bits for any `threads`. @throws Cancelled.
+    ExampleWeights fit(const PositionsView& shape, int threads, const Execution& execution) const;
+
+    /// @param encoding, cells of the layout; receive the blend. The same bits for any `threads`. @throws Cancelled.
+    void blend(const ExampleWeights& weights, int threads, const Execution& execution, Encoding& encoding,
+               RestCells& cells) const;
+
+    /// What the rest shape and each example count at a vertex, e + 1 numbers that sum to one.
+    void weights_at(Index vertex, const ExampleWeights& weights, double* shares) const;
+
+    std::size_t bytes() const;
+
+  private:
+    /// What an example has in place of what the rest shape has, of a half-edge.
+    struct Difference {
+        float edge[3];
+        float weight;
+        float height;
+    };
+
+    const Difference* differences_of(std::size_t half_edge) const { return differences_.data() + half_edge * count_; }
+    void measure(std::size_t example, const PositionsView& shape, int threads, const Execution& execution);
+    void measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder);
+    void factorise(const Execution& execution);
+    Eigen::VectorXd shares_at(Index vertex, const ExampleWeights& weights) const;
+
+    const Encoding& rest_;
+    Index count_;
+    const SurfaceFunctions& functions_;
+    RestCells cells_;                      // of the rest shape
+    std::vector<double> cell_weights_;     // |ring|: what each edge counts
+    std::vector<Difference> differences_;  // |ring| x e
+    std::vector<float> softening_;         // n x e: differences
+    std::vector<float> steep_weights_;     // |steep_weights| x e: differences
+    std::vector<Index> sample_;            // the vertices that weights are fitted to
+    Eigen::LLT<Eigen::MatrixXd> factor_;   // of the normal matrix of all weights, (functions x e)^2
+};
+
+}  // namespace meanvalue
