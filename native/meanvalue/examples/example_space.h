@@ -6,8 +6,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/examples/surface_functions.h"
 

@@ -4,7 +4,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/decode/fast/rest_cells.h"
+#include "meanvalue/encoding/rest_cells.h"
 
 namespace meanvalue {
 namespace {

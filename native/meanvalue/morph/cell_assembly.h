@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/morph/rotation_vectors.h"
 

@@ -5,7 +5,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/decode/fast/rest_cells.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/morph/rotation_vectors.h"
 #include "meanvalue/morph/unwrap_rotations.h"

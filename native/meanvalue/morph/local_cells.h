@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/morph/relative_rotations.h"
 

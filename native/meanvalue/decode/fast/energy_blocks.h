@@ -7,8 +7,8 @@
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
 #include "meanvalue/decode/fast/hessian_springs.h"
-#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
@@ -60,6 +60,6 @@ EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unkno
 /// rows and edges count stays. @param encoding, cells of the same layout. The same bits for any `threads`. @throws
 /// Cancelled.
 void refill_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, int threads,
-                           const Execution& execution, EnergyBlocks& blocks);
+                          const Execution& execution, EnergyBlocks& blocks);
 
 }  // namespace meanvalue

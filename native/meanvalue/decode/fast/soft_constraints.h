@@ -5,8 +5,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/decode/fast/rest_cells.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/block_matrix.h"
 #include "meanvalue/optimise/unknowns.h"

@@ -1,4 +1,4 @@
-#include "meanvalue/decode/fast/rest_cells.h"
+#include "meanvalue/encoding/rest_cells.h"
 
 #include <algorithm>
 #include <cmath>
