@@ -13,7 +13,7 @@ namespace meanvalue {
 namespace {
 
 // Examples beyond this size over the rest shape's, or one over it, are in other units.
-constexpr double kMostScale = 3.0;
+constexpr double kMostScale = 10.0;
 // Shapes that are so near after a rigid motion, as a share of the diagonal, are one shape.
 constexpr double kSameShape = 1e-7;
 

@@ -172,18 +172,19 @@ ExampleWeights ExampleSpace::fit(const PositionsView& shape, int threads, const 
     return Eigen::Map<const Eigen::MatrixXd>(solved.data(), count_, functions_.count()).transpose();
 }
 
-Eigen::VectorXd ExampleSpace::shares_at(Index vertex, const ExampleWeights& weights) const {
-    Eigen::VectorXd shares = Eigen::VectorXd::Zero(count_);
+void ExampleSpace::find_shares(Index vertex, const ExampleWeights& weights, Eigen::VectorXd& shares) const {
+    shares.setZero(count_);
     for (auto f = functions_.begin(vertex); f != functions_.end(vertex); ++f)
         shares += f->value * weights.row(f->function).transpose();
-    return shares;
 }
 
 void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execution& execution, Encoding& encoding,
                          RestCells& cells) const {
     parallel_for(rest_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        Eigen::VectorXd shares;
         for (Index v = begin; v < end; ++v) {
-            const Eigen::VectorXd shares = shares_at(v, weights);
+            if (!rest_.predictable(v)) continue;
+            find_shares(v, weights, shares);
             const auto sum = [&](const float* differences) {
                 double result = 0.0;
                 for (Index e = 0; e < count_; ++e)
@@ -217,7 +218,8 @@ void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execu
 }
 
 void ExampleSpace::weights_at(Index vertex, const ExampleWeights& weights, double* shares) const {
-    const Eigen::VectorXd of_examples = shares_at(vertex, weights);
+    Eigen::VectorXd of_examples;
+    find_shares(vertex, weights, of_examples);
     shares[0] = 1.0 - of_examples.sum();
     std::copy_n(of_examples.data(), count_, shares + 1);
 }

@@ -55,7 +55,7 @@ class ExampleSpace {
     void measure(std::size_t example, const PositionsView& shape, int threads, const Execution& execution);
     void measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder);
     void factorise(const Execution& execution);
-    Eigen::VectorXd shares_at(Index vertex, const ExampleWeights& weights) const;
+    void find_shares(Index vertex, const ExampleWeights& weights, Eigen::VectorXd& shares) const;
 
     const Encoding& rest_;
     Index count_;

@@ -74,6 +74,7 @@ class Deformer:
         method: Literal['fast', 'paper', 'full'] = 'fast',
         threads: int = 0,
         portable: bool = False,
+        examples: ArrayLike | None = None,
         execution: Execution | None = None,
     ) -> None: ...
     def drag(self, start: ArrayLike | None = None) -> Drag: ...
@@ -330,6 +331,8 @@ class Solution:
     @property
     def energy(self) -> float: ...
     @property
+    def example_weights(self) -> NDArray[np.float64] | None: ...
+    @property
     def gradient(self) -> float: ...
     @property
     def initial_energy(self) -> float: ...
@@ -388,6 +391,7 @@ def start_bind(
     method: Literal['fast', 'paper', 'full'] = 'fast',
     threads: int = 0,
     portable: bool = False,
+    examples: ArrayLike | None = None,
     execution: Execution | None = None,
 ) -> Task: ...
 def start_bind_morph(

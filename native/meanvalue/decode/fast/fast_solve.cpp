@@ -12,12 +12,13 @@ constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
-// Rounds of fitting examples and solving on a coarse level, which end when no weight changes by more than this. Each
-// round is solved to this share of the size: the slow ways downhill are what examples change most.
-constexpr int kMostRounds = 40;
+// Rounds of fitting examples and solving on the coarsest level, with so many iterations each, when a solve begins at
+// an earlier answer; more of them cost more than they bring. They end when no weight changes by more than this.
+constexpr int kWarmRounds = 2;
+constexpr int kWarmRoundIterations = 15;
 constexpr double kSettledWeights = 0.003;
+// Each round is solved to this share of the size: the slow ways downhill are what examples change most.
 constexpr double kRoundTolerance = 5e-5;
-constexpr int kMostRoundIterations = 60;
 
 }  // namespace
 
@@ -50,11 +51,11 @@ void FastSolve::blend_examples(Level level) {
 }
 
 /// Fits and solves in turns.
-void FastSolve::relax_with_examples(Level level, Positions& positions) {
-    for (int round = 0; round < kMostRounds; ++round) {
+void FastSolve::relax_with_examples(Level level, int most_rounds, int iterations, Positions& positions) {
+    for (int round = 0; round < most_rounds; ++round) {
         const double change = fit_examples(level, positions);
         blend_examples(level);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kRoundTolerance, kMostRoundIterations), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kRoundTolerance, iterations), positions);
         if (change < kSettledWeights) break;
     }
 }
@@ -73,10 +74,6 @@ DecodeReport FastSolve::run(Positions& positions) {
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
     if (has_examples() && is_cold) forget_examples();
-    if (has_examples() && !is_cold) {
-        fit_examples(whole(), *options_.previous);
-        blend_examples(whole());
-    }
     const bool has_history = std::exchange(work_.keeps_history, false);
     LbfgsOptions lbfgs = lbfgs_options(options_.tolerance, options_.max_iterations);
     if (is_cold) {
@@ -84,6 +81,11 @@ DecodeReport FastSolve::run(Positions& positions) {
     } else {
         const StageTimer timer(timings_, "follow");
         start_warm(*options_.previous, positions);
+        if (has_examples()) {
+            Positions coarse = positions;
+            relax_with_examples(coarsest(), kWarmRounds, kWarmRoundIterations, coarse);
+            blend_examples(whole());
+        }
         const bool may_leave_off = goes_on_ && !options_.is_last;
         if (!may_leave_off) lbfgs.energy_tolerance = 0.0;
         lbfgs.patience = may_leave_off ? kPatience : 0;

@@ -54,7 +54,7 @@ class FastSolve {
     void forget_examples();
     double fit_examples(Level level, const Positions& shape);
     void blend_examples(Level level);
-    void relax_with_examples(Level level, Positions& positions);
+    void relax_with_examples(Level level, int most_rounds, int iterations, Positions& positions);
 
     // From rest.
     void start_cold(Positions& positions);

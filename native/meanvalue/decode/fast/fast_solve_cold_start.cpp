@@ -20,6 +20,9 @@ constexpr int kMostPathIterations = 15;
 constexpr double kPathTolerance = 1e-3;
 // Weight of soft anchors that are free for the time being, so that a part without any other stays where it is.
 constexpr double kLeastCarrying = 1e-9;
+// Rounds of fitting examples and solving on the coarsest level, with so many iterations each.
+constexpr int kMostRounds = 40;
+constexpr int kRoundIterations = 60;
 
 }  // namespace
 
@@ -31,7 +34,7 @@ void FastSolve::start_cold(Positions& positions) {
     }
     if (has_examples()) {
         const StageTimer timer(timings_, "examples");
-        relax_with_examples(coarsest(), positions);
+        relax_with_examples(coarsest(), kMostRounds, kRoundIterations, positions);
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {

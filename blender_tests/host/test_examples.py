@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Examples in the solver, as Python has them; the solver itself is tested by native/tests/examples_test.cpp."""
+
+import numpy as np
+import pytest
+
+meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from native.benchmarks import generated_meshes  # noqa: E402
+
+ANCHORS = 8
+
+
+@pytest.fixture(scope="module")
+def bar():
+    """(vertices, faces, anchors) of a bar along z."""
+    vertices, faces = generated_meshes.bar(1500, bumpy=False)
+    return vertices, faces, np.linspace(0, len(vertices) - 1, ANCHORS).astype(int)
+
+
+def bent(vertices, angle):
+    """The bar with its upper half bent about x, sharply."""
+    middle = vertices[:, 2].mean()
+    share = np.clip((vertices[:, 2] - middle) / 0.5 + 0.5, 0, 1)
+    sine, cosine, height = np.sin(share * angle), np.cos(share * angle), vertices[:, 2] - middle
+    y = cosine * vertices[:, 1] - sine * height
+    return np.stack([vertices[:, 0], y, sine * vertices[:, 1] + cosine * height + middle], axis=1)
+
+
+def test_weights_are_told_and_sum_to_one(bar):
+    vertices, faces, anchors = bar
+    deformer = meanvalue.Deformer(vertices, faces, anchors, examples=[bent(vertices, 1.4), bent(vertices, -1.0)])
+    solution = deformer.solve(bent(vertices, 0.8)[anchors])
+    assert solution.example_weights.shape == (len(vertices), 3)
+    np.testing.assert_allclose(solution.example_weights.sum(axis=1), 1, atol=1e-9)
+    assert solution.example_weights[:, 1].max() > 0.3
+    assert meanvalue.Deformer(vertices, faces, anchors).solve(vertices[anchors]).example_weights is None
+
+
+def test_a_sequence_and_a_drag_bend_as_examples_do(bar):
+    vertices, faces, anchors = bar
+    truths = np.array([bent(vertices, angle) for angle in np.linspace(0, 0.9, 24)])
+    alone = meanvalue.Deformer(vertices, faces, anchors)
+    taught = meanvalue.Deformer(vertices, faces, anchors, examples=bent(vertices, 1.4)[None])
+
+    def error(shapes):
+        return np.linalg.norm(shapes - truths, axis=2).mean()
+
+    def dragged(deformer):
+        with deformer.drag() as drag:
+            return [drag.solve(truth[anchors]).vertices for truth in truths]
+
+    targets = truths[:, anchors]
+    assert error(taught.solve_sequence(targets).vertices) < 0.85 * error(alone.solve_sequence(targets).vertices)
+    assert error(dragged(taught)) < 0.85 * error(dragged(alone))
+
+
+def test_rebind_keeps_the_examples(bar):
+    vertices, faces, anchors = bar
+    taught = meanvalue.Deformer(vertices, faces, anchors, examples=[bent(vertices, 1.4)])
+    targets = bent(vertices, 0.8)[anchors]
+    np.testing.assert_array_equal(taught.rebind(anchors).solve(targets).vertices, taught.solve(targets).vertices)
+
+
+@pytest.mark.parametrize(
+    ("examples", "words"),
+    [
+        (3, "examples is no sequence"),
+        ([np.zeros((4, 3))], r"examples\[0\] has 4 vertices"),
+        ([np.zeros((4, 2))], r"examples\[0\]"),
+    ],
+)
+def test_what_is_no_example_is_named(bar, examples, words):
+    vertices, faces, anchors = bar
+    with pytest.raises(meanvalue.InvalidInput, match=words):
+        meanvalue.Deformer(vertices, faces, anchors, examples=examples)
