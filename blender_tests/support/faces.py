@@ -19,6 +19,13 @@ _SIDES = {
     "mouthSmile": ((0.35, -0.95, -0.4), (5, 2, 6), 0.022),
     "noseSneer": ((0.15, -1.0, 0.0), (0, -2, 6), 0.018),
 }
+#: Nose, sockets of the eyes and lips, of the head at rest.
+_FEATURES = (
+    ((0.0, -1.0, -0.08), (0, -16, -4), 0.018),
+    ((0.4, -0.95, 0.2), (0, 8, 0), 0.018),
+    ((-0.4, -0.95, 0.2), (0, 8, 0), 0.018),
+    ((0.0, -1.0, -0.42), (0, -5, 0), 0.016),
+)
 KEYS = (*_MIDDLE, *(f"{name}_{side}" for name in _SIDES for side in "LR"))
 
 
@@ -35,7 +42,16 @@ def rest():
     top, bottom = len(points) - 2, len(points) - 1
     caps = [(top, a, b) for a, b in zip(at[0].tolist(), after[0].tolist(), strict=True)]
     caps += [(bottom, b, a) for a, b in zip(at[-1].tolist(), after[-1].tolist(), strict=True)]
-    return points * SIZE, quads + caps
+    points *= SIZE
+    for at, moved, width in _FEATURES:
+        points += near(points, at, width)[:, None] * np.array(moved) / 1000.0
+    return points, quads + caps
+
+
+def near(points, at, width):
+    """(n,) 0 to 1: how near points are to where a direction leaves the head."""
+    center = np.asarray(at) / np.linalg.norm(np.asarray(at)) * SIZE
+    return np.exp(-((np.linalg.norm(points - center, axis=1) / width) ** 2))
 
 
 def shapes():
@@ -49,9 +65,7 @@ def shapes():
     result = {}
     for name in KEYS:
         at, moved, width = places[name]
-        center = np.asarray(at) / np.linalg.norm(np.asarray(at)) * SIZE
-        near = np.exp(-((np.linalg.norm(points - center, axis=1) / width) ** 2))
-        result[name] = points + near[:, None] * np.asarray(moved) / 1000.0
+        result[name] = points + near(points, at, width)[:, None] * np.asarray(moved) / 1000.0
     return result
 
 

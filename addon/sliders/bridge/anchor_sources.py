@@ -61,8 +61,9 @@ class HandleAnchors:
 
         read_rows = yield from sampling.sample(bpy.data.scenes[self._scene_name], self.frames, read)
         rows, bases = (np.array(part) for part in zip(*read_rows, strict=True))
-        clip = handle_source.clip(self._bind_input, rows)
-        self.targets, self.weights, self.bases = clip.targets, clip.weights, bases
+        numbers = self._bind_input.handles
+        self.weights = rows[..., 3] / np.bincount(numbers)[numbers]  # each handle counts the same
+        self.targets, self.bases = rows[..., :3], bases
 
 
 class MarkerAnchors:
