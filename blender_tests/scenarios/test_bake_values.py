@@ -84,7 +84,7 @@ def test_markers_that_tell_nothing_are_named_and_left_out(face, tmp_path, capfd)
 def test_a_marker_that_slips_is_told_and_not_followed(face, tmp_path, capfd):
     slips = faces.recorded(faces.values(), faces.marked())[:, 5].copy()
     slips[30:40] += [0.03, -0.02, 0.0]
-    truth = with_take(face, tmp_path, noise=0.0002, others={"Slips": slips})
+    truth = with_take(face, tmp_path, noise=0.0001, others={"Slips": slips})
     assert bake(**HEAD) == {'FINISHED'}
     said = capfd.readouterr().out
     assert "too far off to be followed" in said and "'Slips'" in said
