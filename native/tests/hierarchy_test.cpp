@@ -312,9 +312,9 @@ TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
     EXPECT_EQ(cancelled_everywhere(build), (std::vector<std::string>{"", "build hierarchy", "encode"}));
     Execution execution;
     const Hierarchy hierarchy = build(execution);
-    for (int look = 1; look < 8; ++look) {
+    for (int check = 1; check < 8; ++check) {
         Execution cancelled;
-        cancelled.cancel_at_look(look);
+        cancelled.cancel_at_check(check);
         Positions positions = mesh.vertices;
         EXPECT_THROW(hierarchy.split(1, -1, positions, 1, cancelled), Cancelled);
     }

@@ -236,15 +236,15 @@ TEST(NestedDissection, FillsLittle) {
 
 TEST(Ordering, CanBeCancelledAtEveryLook) {
     const SparseMatrix lower = bilaplacian(grid(50, 40, 0.1));
-    for (std::int64_t look = 1;; look = look + 1 + look / 3) {
+    for (std::int64_t check = 1;; check += 1 + check / 3) {
         Execution execution;
-        execution.cancel_at_look(look);
+        execution.cancel_at_check(check);
         try {
             find_supernodes(lower, 2, execution);
         } catch (const Cancelled&) {
             continue;
         }
-        EXPECT_GT(look, 10);
+        EXPECT_GT(check, 10);
         break;
     }
 }

@@ -98,7 +98,7 @@ TEST(SideBySide, ADragGoesOnWhereAFrameWasCancelled) {
     for (std::size_t frame = 0; frame < 4; ++frame)
         last = solve_next(drag, frames.frames[frame]).vertices;
     Execution cancelled;
-    cancelled.cancel_at_look(20);
+    cancelled.cancel_at_check(20);
     EXPECT_THROW(drag.solve(frames.frames[5], {}, cancelled), Cancelled);
     const Solution next = solve_next(drag, frames.frames[4]);
     EXPECT_LT(next.iterations, solve_from(*deformer, frames.frames[4], last).iterations);  // it remembers
@@ -117,11 +117,11 @@ TEST(SideBySide, ASettlingSolveThatIsCancelledInItsSecondHalfLeavesTheDragAsItWa
     const Solution expected = solve_next(undisturbed, frames.frames[4]);
     SolveOptions settling;
     settling.settle = true;
-    // The last look of such a solve; most are of the second half, which is from rest.
+    // The last check of such a solve; most are of the second half, which is from rest.
     std::int64_t last = 1;
     for (std::int64_t step = 1 << 20; step > 0; step /= 2) {
         Execution cancelled;
-        cancelled.cancel_at_look(last + step);
+        cancelled.cancel_at_check(last + step);
         try {
             deformer->solve(frames.frames[3], PositionsView(shape), settling, cancelled);
         } catch (const Cancelled&) {
@@ -129,7 +129,7 @@ TEST(SideBySide, ASettlingSolveThatIsCancelledInItsSecondHalfLeavesTheDragAsItWa
         }
     }
     Execution cancelled;
-    cancelled.cancel_at_look(last * 9 / 10);
+    cancelled.cancel_at_check(last * 9 / 10);
     EXPECT_THROW(drag.solve(frames.frames[3], settling, cancelled), Cancelled);
     const Solution found = solve_next(drag, frames.frames[4]);
     EXPECT_EQ(found.initial_energy, expected.initial_energy);  // it begins where the frames before lead

@@ -76,14 +76,14 @@ inline double largest_distance(const Positions& a, const Positions& b) {
     return (a - b).rowwise().norm().maxCoeff();
 }
 
-/// Runs action(execution) again and again, each time cancelled at a later look at the flag, until it gets through.
+/// Runs action(execution) again and again, each time cancelled at a later check, until it gets through.
 /// @return the stages in which it was cancelled, without repetitions.
 template <typename Action>
 std::vector<std::string> cancelled_everywhere(const Action& action) {
     std::vector<std::string> stages;
-    for (std::int64_t look = 1;; look += 1 + look / 16) {
+    for (std::int64_t check = 1;; check += 1 + check / 16) {
         Execution execution;
-        execution.cancel_at_look(look);
+        execution.cancel_at_check(check);
         try {
             action(execution);
             return stages;

@@ -12,7 +12,8 @@
 namespace meanvalue::baselines {
 namespace {
 
-// Turns about an axis with less than this share of the largest moment of inertia cannot be told: a collinear star.
+// Rotations about an axis with less than this share of the largest moment of inertia are undetermined: the star is
+// collinear.
 constexpr double kRankTolerance = 1e-9;
 
 Matrix3 pseudo_inverse(const Matrix3& symmetric) {

@@ -9,7 +9,7 @@
 namespace meanvalue::baselines {
 namespace {
 
-// Squared widths below this share of the squared length: on one line, so that no twist can be told.
+// Squared widths below this share of the squared length: on one line, where no twist is determined.
 constexpr double kLeastWidth = 1e-12;
 
 /// The turn of each vertex's frame, as a line of nine numbers.
@@ -25,7 +25,7 @@ bool on_one_line(const Correlation& points, const Matrix3& spread) {
                kLeastWidth * points.from_spread;
 }
 
-/// Of an anchor, from where the anchors of its star are, or all of it.
+/// The rotation of an anchor, from where the anchors of its star are, or all of it.
 Matrix3 anchor_turn(const Problem& problem, const EdgeWeights& edges, const std::vector<char>& is_anchor,
                     const Positions& placed, Index anchor) {
     std::vector<Index> star = {anchor};

@@ -25,7 +25,7 @@ class Execution {
 
     /// Cancels itself at the call of check() with this number from now on, counted from 1: tests cancel with it
     /// anywhere in an operation.
-    void cancel_at_look(std::int64_t checks) { checks_left_.store(checks, std::memory_order_relaxed); }
+    void cancel_at_check(std::int64_t checks) { checks_left_.store(checks, std::memory_order_relaxed); }
 
     /// @throws Cancelled after cancel(); called inside every long loop.
     void check() const;

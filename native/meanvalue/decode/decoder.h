@@ -21,10 +21,10 @@ struct DecodeOptions {
     /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were
     /// then.
     const Positions* previous = nullptr;
-    /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not look at it.
+    /// k x 3, in the order of all anchors: where soft ones are pulled to. Decoders without any do not read it.
     const PositionsView* targets = nullptr;
     /// k numbers from 0 to 1, in the order of all anchors, 1 for hard ones; or nullptr: what the strength of each
-    /// soft anchor is multiplied with. At 0 it is free, and its target is not looked at.
+    /// soft anchor is multiplied with. At 0 it is free, and its target is not read.
     const std::vector<double>* weights = nullptr;
     int threads = 0;  ///< 0: as many as it was bound with
     /// The workspace belongs to a drag: a row of solves of which each begins at the answer of the one before. The

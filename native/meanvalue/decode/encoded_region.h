@@ -43,7 +43,7 @@ struct EncodedRegion {
     std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
     InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
     Timings timings;                                         ///< seconds by stage
-    /// Of a region of this shape with other fixed vertices, or nullptr: the next removal order is found along it.
+    /// The removals of a region of this shape with other fixed vertices, or nullptr: new ones are found along them.
     std::shared_ptr<const RemovalLog> earlier_removals;
 };
 

@@ -28,7 +28,7 @@ constexpr double kCoarseRounding = 1e-11;
 constexpr double kCoarseSettled = 1e-4;
 constexpr int kMostCoarseSteps = 30;
 
-/// Of residuals of `length` in all rows.
+/// The energy where all rows have residuals of `length`.
 double energy_of(const Unknowns& unknowns, double length) {
     return 0.5 * static_cast<double>(unknowns.rows.size()) * length * length;
 }

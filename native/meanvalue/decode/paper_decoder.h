@@ -1,4 +1,4 @@
-// The paper's hierarchical decoding, to the letter: section 3.2.
+// The paper's hierarchical decoding, section 3.2, with another solver at its coarse level.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,8 @@
 namespace meanvalue {
 
 /// Anchors placed; splits by equation 13; Gauss-Newton on the level with 3 % of the free vertices; the remaining
-/// splits; four Gauss-Seidel sweeps. Deterministic for any number of threads.
+/// splits; four Gauss-Seidel sweeps. Steps on that level are damped and solved by a Cholesky factor, where the paper
+/// has conjugate gradients and a bisection of each step (section 3.2.2). Deterministic for any number of threads.
 class PaperDecoder : public Decoder {
   public:
     /// Builds the hierarchy. @throws Cancelled, SolverFailure.

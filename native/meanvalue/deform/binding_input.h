@@ -12,7 +12,7 @@ namespace meanvalue {
 /// What the method has for it where none is given. @throws InvalidInput.
 double rigidity_of(const Binding& binding);
 
-/// Of the region's vertices: the handle of each anchor, -1 for the others; empty where none are given.
+/// The handle of each vertex of the region that is an anchor, -1 for the others; empty where none are given.
 /// @throws InvalidInput.
 std::vector<Index> handles_of_region(const Binding& binding, const Region& region);
 

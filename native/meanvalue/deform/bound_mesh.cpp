@@ -19,7 +19,7 @@
 namespace meanvalue {
 namespace {
 
-// Of the diagonal, of a single step. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
+// Tolerance of a single step, as a share of the diagonal. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
 // minimum they end.
 constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
@@ -126,7 +126,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     fill_report(std::move(components));
 }
 
-/// Of the region in which free vertices and their surroundings lie: that of the earlier mesh, if it is the same.
+/// The shape of the region of free vertices and their surroundings: the earlier mesh' own, if it is the same.
 std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& components, const BoundMesh* earlier,
                                                         Execution& execution) {
     std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed_.size(), 1));

@@ -29,7 +29,7 @@ class LooseParts {
     LooseParts(const PositionsView& rest, const TrianglesView& faces, const Components& components,
                const Execution& execution);
 
-    /// Of each part of the mesh: the part that carries it, or -1. Empty where no part is loose.
+    /// The part that carries each part of the mesh, or -1. Empty where no part is loose.
     const std::vector<Index>& carriers() const { return carriers_; }
 
     /// Puts the rows of loose parts where they are carried to.

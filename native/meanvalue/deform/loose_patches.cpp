@@ -13,7 +13,7 @@
 namespace meanvalue {
 namespace {
 
-// Of a part, so many vertices stand for all: more change little.
+// So many vertices stand for all of a part: more change little.
 constexpr std::size_t kSample = 256;
 // The rotation of a patch of fewer points is hardly determined.
 constexpr std::size_t kLeastPoints = 24;

@@ -10,8 +10,8 @@
 
 namespace meanvalue {
 
-/// Lends each solve a workspace of its own; results do not depend on which. Of those that nobody uses it keeps what
-/// 512 MB hold, at least two and at most eight. Safe to use from any thread. It never waits: in a forked child the
+/// Lends each solve a workspace of its own; results do not depend on which. It keeps as many
+/// unused ones as 512 MB hold, at least two and at most eight. Safe to use from any thread. It never waits: in a forked child the
 /// lock may be held for ever, and then each solve has a new workspace.
 class WorkspacePool {
   public:

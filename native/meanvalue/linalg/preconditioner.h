@@ -15,8 +15,8 @@ namespace meanvalue {
 class DiagonalDowndate {
   public:
     /// @param rows of the factored matrix. @param amounts for each, from 0: what comes off its diagonal; less than
-    /// what was put there. Nothing is done where both are as they were. Of more than 256 rows (fewer where
-    /// the matrix is large: 128 MB of columns) those with the largest amounts.
+    /// what was put there. Nothing is done where both are as they were. At most the 256 rows with the largest
+    /// amounts count (fewer where the matrix is large: 128 MB of columns).
     /// @throws Cancelled, and then corrects nothing.
     void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,
              int threads, const Execution& execution, SupernodalFactor::Workspace& workspace);

@@ -11,7 +11,7 @@ namespace {
 
 // The factor is in single precision; a second pass is for what the first leaves.
 constexpr int kPasses = 2;
-// Weight of rims against spokes. Of the triangles of face_poses more are turned over at 0 and at 1 (docs/decisions).
+// Weight of rims against spokes. At 0 and at 1 more triangles are turned over (docs/decisions).
 constexpr double kRimShare = 0.3;
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace meanvalue {
 namespace {
 
 constexpr double kFullAngle = 6.28318530717958647692;
-// Of the sine and the cosine of half the angle: less tells no axis, or no angle.
+// A smaller sine of half the angle determines no axis, a smaller cosine no angle.
 constexpr double kNothing = 1e-12;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;

@@ -7,7 +7,7 @@
 
 namespace meanvalue {
 
-/// Of length 1; q and -q are the same rotation.
+/// A unit quaternion; q and -q are the same rotation.
 using Quaternion = Eigen::Quaterniond;
 
 /// The rotation by |vector| about it. Any length. The same bits on every processor.

@@ -20,7 +20,7 @@ namespace {
 constexpr int kSolvesFromRest = 3;
 // Roughness of the paths of vertices that is left alone, as a share of the diagonal: it can't be seen.
 constexpr double kUnseen = 2e-5;
-// Of a coordinate in the result, which is single precision: with room for differences and what smoothing adds.
+// The largest coordinate of a result, which is in single precision; smoothing and differences need some room.
 constexpr double kMostCoordinate = std::numeric_limits<float>::max() / 8.0;
 
 /// @throws InvalidInput.

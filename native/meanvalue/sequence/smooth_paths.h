@@ -16,7 +16,7 @@ namespace meanvalue {
 /// triangle of half-width w, which is the second difference over w frames:
 /// (x(t+1) - 2 x(t) + x(t-1)) - (x(t+w) - 2 x(t) + x(t-w)) / w^2. Beyond its ends a path goes on rotated by 180
 /// degrees about its last point. Where a minimum ceases to be, or where a loose solve catches up, roughness is about
-/// as long as the jump; of steady motion it is the fourth difference. Of a quick swing it is much, too: so
+/// as long as the jump; of steady motion it is the fourth difference. A quick swing has much of it, too: so
 /// jumps are found by the roughness over w = 2, against the next frames alone.
 class PathSmoother {
   public:
@@ -24,7 +24,7 @@ class PathSmoother {
     /// @param half_width w, frames; below 2 nothing is smoothed. Not longer than the run less a frame.
     PathSmoother(std::vector<char> is_solved, Index half_width);
 
-    /// Of each frame, over w and over 2 frames.
+    /// Limits of the roughness of each frame, measured over w and over 2 frames.
     struct Limits {
         std::vector<double> wide, near;
     };

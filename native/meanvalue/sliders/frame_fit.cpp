@@ -17,12 +17,12 @@ constexpr double kSettled = 1e-4;
 // A prior's standard deviation is at least this share of the range: smaller ones make the system ill-conditioned.
 constexpr double kLeastDeviation = 1e-3;
 
-// Noise below this share of the shapes' size is not told from rounding in single precision.
+// Noise below this share of the shapes' size cannot be distinguished from rounding in single precision.
 constexpr double kLeastNoise = 1e-5;
 
 // Tukey's biweight: a residual of so many standard deviations of a coordinate counts nothing.
 constexpr double kOutlier = 6.0;
-// Of its scale: the median of the squared length of a normal vector in three dimensions, and how fast it may fall.
+// For its scale: the median of the squared length of a normal vector in three dimensions, and how fast it may fall.
 constexpr double kMedianSquare = 2.366;
 constexpr double kScaleFall = 0.25;
 constexpr double kLeastTrust = 1e-6;

@@ -20,7 +20,7 @@ constexpr int kSweeps = 6;
 // Frames to each side whose values tell together which shapes are in use.
 constexpr Index kWindow = 5;
 
-// A value that never changes is still let go this share of its range from frame to frame.
+// A value that never changes may still change by this share of its range from frame to frame.
 constexpr double kLeastStep = 1e-3;
 
 std::vector<Index> frames_with_targets(const std::vector<FrameTargets>& frames, std::size_t least_known) {

@@ -44,7 +44,7 @@ class DeformationEnergy {
     /// What an evaluation writes besides its result, and the targets of soft constraints: one for each solve that
     /// runs.
     struct Workspace {
-        /// Of one thread.
+        /// What one thread writes.
         struct Scratch {
             std::vector<PaddedPoint> positions;  // of a block
             KernelScratch kernel;

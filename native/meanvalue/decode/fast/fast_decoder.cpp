@@ -16,8 +16,8 @@ constexpr double kCoarseShare = 0.03;
 constexpr double kFewestCoarse = 1000;
 constexpr double kMostCoarse = 4000;
 constexpr Index kTooManyCoarse = 8000;
-// Of a level in between, where it has at least so many times the vertices of the coarse one: wrinkles that the coarse
-// level is too coarse for are found there at a fifth of the cost.
+// The size of a middle level, which is made where it has at least so many times the vertices of the coarse one:
+// wrinkles that the coarse level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 constexpr double kMiddleOverCoarse = 3.0;
 // Below this a coarse level is not worth its splits.

@@ -45,7 +45,7 @@ class FastSolve {
                work_.levels.front().energy.soft_weights[soft_anchor] == 0.0;
     }
     void pull_free_anchors_to(const Positions& positions);
-    /// Of the whole mesh.
+    /// Those of the whole mesh.
     const Positions& soft_targets() const { return work_.levels.front().energy.soft_targets; }
     void place_along(const HandlePaths::Path& path, double fraction, Level level, Positions& positions);
 

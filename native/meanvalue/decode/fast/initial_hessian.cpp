@@ -56,7 +56,7 @@ class HessianColumns {
         return result;
     }
 
-    /// Of one thread.
+    /// What one thread writes.
     struct Scratch {
         explicit Scratch(std::size_t size) : sums(size + 1), seen_by(size + 1, -1), found(size + 1) {}
         std::vector<double> sums;    // |V'| + 1, from slot -1 on: what is fixed goes there

@@ -25,8 +25,8 @@ class SecantPredictor {
     /// forgotten.
     void begin(const Positions& previous, const Positions& drivers);
 
-    /// Moves `positions` (n x 3), which are where the solve begins, as the last changes tell for drivers that go to
-    /// `goal` (d x 3). @return false, and nothing moves, where they tell nothing of such a move.
+    /// Moves `positions` (n x 3), which are where the solve begins, as the last changes predict for drivers that go
+    /// to `goal` (d x 3). @return false, and nothing moves, where such a move is far from all of them.
     bool predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
 
     void forget();
@@ -34,7 +34,7 @@ class SecantPredictor {
     /// After the solve. @param answer n x 3; @param drivers d x 3.
     void note(const Positions& answer, const Positions& drivers);
 
-    /// Of so many vertices and drivers, once all is in use.
+    /// The memory for so many vertices and drivers, once all is in use.
     static std::size_t bytes(std::size_t vertices, std::size_t drivers);
 
   private:

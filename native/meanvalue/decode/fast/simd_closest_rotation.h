@@ -58,7 +58,7 @@ struct QuaternionLanes {
 MEANVALUE_INLINE LaneMatrix closest_rotations(const LaneMatrix& matrix) {
     constexpr int kMostSteps = 12;
     constexpr double kStepTolerance = 1e-13;
-    // Of matrices of norm 1; far above where closest_rotation() gives up, so that no digits are lost here.
+    // For matrices of norm 1. Far above where closest_rotation() gives up, so that no digits are lost here.
     constexpr double kLeastGaps = 1e-2;
     const Lane scale = 1.0 / square_root(dot(matrix.row[0], matrix.row[0]) + dot(matrix.row[1], matrix.row[1]) +
                                          dot(matrix.row[2], matrix.row[2]));
