@@ -39,5 +39,9 @@ DEFAULT_RIGIDITY = 15.0
 LOOSE_FOLLOW = "follow"
 LOOSE_STAY = "stay"
 
+#: What shows how a mesh bends (`pose_like` of an object's settings).
+LIKE_NOTHING = "NOTHING"
+LIKE_KEYS = "SHAPE_KEYS"
+
 #: Blender's own limit on names (bytes, without the closing zero).
 NAME_LENGTH = 63

@@ -95,6 +95,21 @@ class Settings:
         max=1e6,
         update=tell,
     )
+    pose_like: EnumProperty(
+        name="Pose Like",
+        description="What shows how the mesh bends. Only the method Fast knows it",
+        items=(
+            (ids.LIKE_NOTHING, "Nothing", "The mesh keeps its shape as well as it can"),
+            (
+                ids.LIKE_KEYS,
+                "Own Shape Keys",
+                "It bends as its shape keys at value 1 do, where these are not muted and neither poses that were kept "
+                "nor made by the add-on",
+            ),
+        ),
+        default=ids.LIKE_NOTHING,
+        update=tell,
+    )
     loose_parts: EnumProperty(
         name="Loose Parts",
         description="What becomes of parts that no handle and no pin holds, such as eyes, teeth and buttons",

@@ -7,6 +7,7 @@ import bpy
 from .. import compat, ids
 from ..errors import SceneError
 from . import mesh_arrays
+from .baked import names_in
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -112,6 +113,15 @@ def sharing(obj):
     if obj.data.users == 1:
         return []
     return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
+
+
+def made_names(obj):
+    """Names of the keys that the add-on writes, for this object and for others with the mesh."""
+    names = {ids.MIX_KEY}
+    for each in (obj, *sharing(obj)):
+        settings = each.meanvalue
+        names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))
+    return names
 
 
 def write_positions(mesh, key, shape):

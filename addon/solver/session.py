@@ -5,6 +5,7 @@ Deformers are a cache of what the scene already says: nothing is lost when one i
 a Blender object.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from .core import result
 
 # What is said of input that the native module refuses.
 REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Update"
+REFUSED_EXAMPLE = "The mesh cannot be posed like this: {}. Mute that key, or choose Nothing in Advanced > Pose Like"
 REFUSED_POSE = "The solver cannot reach this pose: {}"
 
 CACHE_ENTRIES = 4
@@ -89,7 +91,8 @@ def remember(bind_input, binding):
 
 
 def _family(bind_input):
-    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance
+    examples = None if bind_input.examples is None else bind_input.examples.revision
+    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, examples
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None):
@@ -102,23 +105,31 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     """
     mesh = bind_input.solver_mesh
     anchors, held = _held(mesh, bind_input)
-    if known is not None:
-        task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
-    else:
-        task = call(
-            native_loader.module().start_bind,
-            mesh.rest,
-            mesh.triangles(triangles),
-            anchors,
-            roi=None if mesh.roi.all() else mesh.roi,
-            method=bind_input.method,
-            loose=bind_input.loose,
-            portable=portable,
-            execution=execution,
-            **held,
-        )
-    yield task
-    deformer = call(task.result)
+    examples = bind_input.examples
+    try:
+        if known is not None:
+            task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
+        else:
+            task = call(
+                native_loader.module().start_bind,
+                mesh.rest,
+                mesh.triangles(triangles),
+                anchors,
+                roi=None if mesh.roi.all() else mesh.roi,
+                method=bind_input.method,
+                loose=bind_input.loose,
+                portable=portable,
+                examples=None if examples is None else [mesh.start(shape) for shape in examples.shapes()],
+                execution=execution,
+                **held,
+            )
+        yield task
+        deformer = call(task.result)
+    except SolverError as error:
+        refusal = _refused_example(error, examples)
+        if refusal is None:
+            raise
+        raise refusal from error
     summary = result.BindSummary.of(deformer.report, len(anchors) - len(mesh.anchors), mesh.places)
     summary = mesh.without_images(summary)
     if result.nothing_is_held(deformer.report):
@@ -194,6 +205,15 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
     yield task
     sequence = call(task.result, refused=REFUSED_POSE)
     return mesh.cut_back_rows(sequence.vertices), sequence
+
+
+def _refused_example(error, examples):
+    """The SolverError that names shape keys in place of numbers of examples; None if `error` is of something else."""
+    reason = error.__cause__
+    if examples is None or "examples[" not in str(reason):
+        return None
+    named = re.sub(r"examples\[(\d+)\]", lambda found: f"shape key '{examples.names[int(found[1])]}'", str(reason))
+    return SolverError(REFUSED_EXAMPLE.format(named))
 
 
 def _held(mesh, bind_input):

@@ -13,7 +13,7 @@ from ...scene.core import mirror_planes
 from ...scene.core.finite import require_finite
 from ..core import springs, welding
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import controls, targets
+from . import controls, examples, targets
 
 
 class HandleReading:
@@ -23,12 +23,12 @@ class HandleReading:
     was edited. All are None until read:
 
     members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
-    region_weights  n float64, 0 to 1, of the region; None if there is none
+    weights  {name: n float64, 0 to 1} of the region and of the groups of shape keys that are examples
     faces    (corners, starts) as of mesh_arrays.faces()
     """
 
     def __init__(self, obj):
-        self.members = self.region_weights = self.faces = None
+        self.members = self.weights = self.faces = None
         self._mesh, self._names = _mesh_facts(obj), _names(obj)
         self._groups = vertex_groups.Reading(obj, self._names)
 
@@ -39,7 +39,7 @@ class HandleReading:
             if not self._groups.go_on(obj, seconds):
                 return False
             self.members = self._groups.members
-            self.region_weights = self._groups.weights.get(obj.meanvalue.roi_group)
+            self.weights = self._groups.weights
             self._groups = None
             if time.monotonic() >= until:
                 return False
@@ -59,14 +59,15 @@ class HandleReading:
     @staticmethod
     def signature(obj):
         deleted = tuple(handle.name for handle in obj.meanvalue.handles if controls.is_deleted(handle))
-        return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted
+        return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted, examples.keys(obj)
 
     def result(self, obj):
         return gather(obj, self)
 
     @staticmethod
     def shapes(bind_input):
-        return [("", bind_input.rest)]
+        found = bind_input.examples
+        return [("", bind_input.rest), *([] if found is None else found.points.items())]
 
     @staticmethod
     def written_key(obj):
@@ -74,7 +75,7 @@ class HandleReading:
 
 
 def _names(obj):
-    return {handle.name for handle in obj.meanvalue.handles} | {obj.meanvalue.roi_group}
+    return {handle.name for handle in obj.meanvalue.handles} | {obj.meanvalue.roi_group} | examples.groups(obj)
 
 
 def _mesh_facts(obj):
@@ -93,6 +94,16 @@ def member_count(obj, name):
     reading = model(obj).reading
     members = reading.members if reading is not None else None
     return None if members is None or name not in members else len(members[name])
+
+
+def example_count(obj):
+    """How many shapes show how the mesh bends; None where none should, and while that is not known."""
+    known = model(obj)
+    try:
+        found = known.result(obj).examples if known.is_known else None
+    except SceneError:
+        return None
+    return None if found is None else len(found.names)
 
 
 def start_reading(obj):
@@ -147,6 +158,7 @@ def gather(obj, reading=None):
         border_strengths=border_strengths,
         loose=settings.loose_parts,
         merge_distance=settings.merge_distance,
+        examples=examples.gather(obj, rest, reading.weights),
     )
     bind_input.check()
     return bind_input
@@ -154,9 +166,10 @@ def gather(obj, reading=None):
 
 def region_weights(obj, reading):
     """n float64, 0 to 1: how freely each vertex moves by the group of the region; all may where there is none."""
-    if reading.region_weights is None:
+    weights = reading.weights.get(obj.meanvalue.roi_group)
+    if weights is None:
         return np.ones(len(obj.data.vertices))
-    return 1.0 - reading.region_weights if obj.meanvalue.roi_invert else reading.region_weights
+    return 1.0 - weights if obj.meanvalue.roi_invert else weights
 
 
 def effective_region(obj, freedom, rest, twins):

@@ -13,6 +13,7 @@ from ...scene.core.finite import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
 from . import springs, welding
+from .key_examples import KeyExamples
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class BindInput:
     twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
                   the image is a vertex that the mesh does not have. None if there are no planes
     loose         what becomes of parts that nothing holds: 'follow' others, or 'stay'
+    examples      KeyExamples, shapes that show how the mesh bends; None if there are none
     merge_distance  vertices so near to each other are one to the solver; 0: none are
     """
 
@@ -53,6 +55,7 @@ class BindInput:
     twins: np.ndarray | None = None
     loose: str = "follow"
     merge_distance: float = 0.0
+    examples: KeyExamples | None = None
 
     @cached_property
     def fingerprint(self):
@@ -67,7 +70,7 @@ class BindInput:
                 *([] if self.strengths is None else [self.strengths]),
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
-            settings=digest(settings),
+            settings=digest(settings, *([] if self.examples is None else [self.examples.revision])),
             mirror="" if self.planes is None else digest(self.planes, self.twins),
         )
 

@@ -157,6 +157,10 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
+        layout.prop(settings, "pose_like")
+        count = scene_input.example_count(subject.of(context))
+        if count is not None:
+            layout.label(text=wording.counted(count, "example"))
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
         layout.prop(settings, "result_key")

@@ -6,10 +6,9 @@ import time
 
 import numpy as np
 
-from ... import compat, ids, wording
+from ... import compat, wording
 from ...errors import SceneError
 from ...scene import shape_keys, vertex_groups
-from ...scene.baked import names_in
 from ...scene.core.finite import require_finite
 from ..core.key_shapes import KeyShapes, Slider
 
@@ -22,7 +21,7 @@ def sorted_out(obj):
     keys = obj.data.shape_keys
     if keys is None:
         return [], []
-    made = _made(obj)
+    made = shape_keys.made_names(obj)
     animation = keys.animation_data
     driven = {curve.data_path for curve in animation.drivers} if animation is not None else ()
     sliders, left_alone = [], []
@@ -36,15 +35,6 @@ def sorted_out(obj):
         else:
             left_alone.append((key.name, why))
     return sliders, left_alone
-
-
-def _made(obj):
-    """Names of the keys that the add-on writes, for this object and for others with the mesh."""
-    names = {ids.MIX_KEY}
-    for each in (obj, *shape_keys.sharing(obj)):
-        settings = each.meanvalue
-        names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))
-    return names
 
 
 def _why_left_alone(key, driven):

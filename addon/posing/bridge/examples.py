@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which shape keys of a mesh are examples of how it bends (Pose Like), and what they hold."""
+
+from ... import ids
+from ...errors import SceneError
+from ...scene import shape_keys
+from ...scene.core.finite import require_finite
+from ..core.key_examples import KeyExamples
+
+
+def keys(obj):
+    """((name, relative key, vertex group), ...) as of KeyExamples; empty where nothing is posed like them.
+
+    Without muted keys, what the add-on itself writes, and poses that were kept, as long as they have their first name.
+    Cheap enough for drawing.
+    """
+    found = obj.data.shape_keys
+    if obj.meanvalue.pose_like != ids.LIKE_KEYS or found is None:
+        return ()
+    made = shape_keys.made_names(obj)
+    return tuple(
+        (key.name, key.relative_key.name, key.vertex_group)
+        for key in found.key_blocks
+        if key != found.reference_key
+        and not key.mute
+        and made.isdisjoint((key.name, key.relative_key.name))
+        and not key.name.startswith(ids.KEPT_KEY)
+    )
+
+
+def groups(obj):
+    """Names of the vertex groups that say how much the keys count where."""
+    return {group for _name, _relative, group in keys(obj) if group}
+
+
+def gather(obj, rest, weights):
+    """The KeyExamples of `obj`, or None where it is posed like nothing. @throws SceneError.
+
+    rest: n x 3 float32; weights: {vertex group: n float64} of at least groups()
+    """
+    if obj.meanvalue.pose_like != ids.LIKE_KEYS:
+        return None
+    if obj.meanvalue.method != ids.METHOD_FAST:
+        raise SceneError("Pose Like needs the method Fast. Choose it in Advanced, or choose Nothing in Pose Like")
+    if obj.data.shape_keys is not None and not obj.data.shape_keys.use_relative:
+        raise SceneError(shape_keys.ABSOLUTE)
+    used = keys(obj)
+    points = {name: _points(obj, name) for name in dict.fromkeys(name for key in used for name in key[:2])}
+    masks = {group: weights[group] for _name, _relative, group in used if group in weights}
+    found = KeyExamples(keys=used, rest=rest, points=points, masks=masks)
+    if not found.names:
+        raise SceneError(
+            f"'{obj.name}' has no shape key that shows how it bends. Add one in which it is bent, and see that it is "
+            "not muted, or choose Nothing in Advanced > Pose Like"
+        )
+    return found
+
+
+def _points(obj, name):
+    points = shape_keys.held(obj, name)
+    if len(points) != len(obj.data.vertices):
+        raise SceneError(
+            f"Shape key '{name}' has {len(points):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
+            "and leave Edit Mode once, so that Blender makes them agree"
+        )
+    require_finite(points, f"shape key '{name}'")
+    return points

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pose Like: a mesh bends as its own shape keys show."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+
+RINGS, SEGMENTS = 33, 8
+
+
+def bent(rest, angle):
+    """A limb along z, bent about x like an elbow: nearly all of it in its middle."""
+    height = rest[:, 2] - rest[:, 2].mean()
+    turn = angle * np.clip(height / 2.4 + 0.5, 0.0, 1.0)
+    y = np.cos(turn) * rest[:, 1] - np.sin(turn) * height
+    z = np.sin(turn) * rest[:, 1] + np.cos(turn) * height + rest[:, 2].mean()
+    return np.stack([rest[:, 0], y, z], axis=1)
+
+
+def add_key(obj, name, shape):
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.data.foreach_set("co", np.asarray(shape, np.float32).ravel())
+    key.value = 0.0
+    return key
+
+
+@pytest.fixture
+def limb():
+    """A tube with two keys in which it is bent; pins at its root, a handle at its end, moved as if bent in between."""
+    obj = meshes.tube(RINGS, SEGMENTS)
+    rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
+    add_key(obj, "Forth", bent(rest, 1.5))
+    add_key(obj, "Back", bent(rest, -1.2))
+    steps.add_handle(obj, "Root", range(2 * SEGMENTS), pin=True)
+    add_key(obj, "Asked", bent(rest, 1.0)).mute = True
+    end = range((RINGS - 2) * SEGMENTS, RINGS * SEGMENTS)
+    steps.add_handle(obj, "End", end, pin=True)
+    return obj
+
+
+def solve(obj):
+    """How far the result is from the true shape, at the mean."""
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.solve_from_key(key="Asked") == {'FINISHED'}
+    off = steps.key_positions(obj, "Mean-Value") - steps.key_positions(obj, "Asked")
+    return np.linalg.norm(off, axis=1).mean()
+
+
+def test_a_limb_bends_as_its_keys_show(limb):
+    alone = solve(limb)
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    assert solve(limb) < 0.75 * alone
+    limb.meanvalue.pose_like = 'NOTHING'
+    assert solve(limb) == pytest.approx(alone, rel=1e-3)
+
+
+def test_an_edited_key_counts_at_the_next_pose(limb):
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    with_both = solve(limb)
+    record = limb.meanvalue.bound
+    before = record.settings
+    keys = limb.data.shape_keys.key_blocks
+    rest = steps.key_positions(limb, "Basis")
+    keys["Forth"].data.foreach_set("co", np.float32(bent(rest, 0.3)).ravel())
+    limb.data.update_tag()
+    bpy.context.view_layer.update()
+    assert solve(limb) != with_both
+    assert record.settings != before
+
+
+def test_what_is_no_example_is_told_by_name(limb):
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    add_key(limb, "Idle", steps.key_positions(limb, "Basis"))  # without effect: left out
+    solve(limb)
+    add_key(limb, "Twin", steps.key_positions(limb, "Back"))
+    with steps.refused("'Twin'", "'Back'", "Mute"):
+        bpy.ops.meanvalue.bind()
+    for name in ("Forth", "Back", "Twin"):
+        limb.data.shape_keys.key_blocks[name].mute = True
+    with steps.refused("no shape key", "Pose Like"):
+        bpy.ops.meanvalue.bind()
+    limb.data.shape_keys.key_blocks["Back"].mute = False
+    limb.meanvalue.method = 'full'
+    with steps.refused("method Fast"):
+        bpy.ops.meanvalue.bind()
+
+
+def test_a_vertex_group_masks_its_key(limb):
+    group = steps.add_group(limb, "Nobody", [0], 0.0)
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    for name in ("Forth", "Back"):
+        limb.data.shape_keys.key_blocks[name].vertex_group = group.name
+    with steps.refused("no shape key"):
+        bpy.ops.meanvalue.bind()
