@@ -267,4 +267,6 @@ def _pose_keys(obj):
     names = {settings.result_key, settings.former_result}
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
+    for stand_in in shape_keys.stand_ins:
+        names.update(stand_in.names(obj))
     return names

@@ -154,6 +154,20 @@ def result_positions(obj):
     return shape if len(shape) == len(obj.data.vertices) else None
 
 
+#: Rooms say here which other keys show the pose: modules with names(obj) of these, and positions(obj), n x 3 float32 as
+#: they show the mesh; None where the result does.
+stand_ins = []
+
+
+def posed_positions(obj):
+    """n x 3 float32: the mesh as posed, be it by the result or by other keys; None where nothing is posed."""
+    for stand_in in stand_ins:
+        shape = stand_in.positions(obj)
+        if shape is not None:
+            return shape
+    return result_positions(obj)
+
+
 def kept(obj):
     """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
     key = obj.active_shape_key

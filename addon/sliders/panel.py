@@ -3,8 +3,10 @@
 
 import bpy
 
+from .. import wording
 from ..scene import subject
 from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
+from .bridge import driven_keys, key_shapes
 from .operators.bake_values import MEANVALUE_OT_bake_values
 from .operators.import_values import MEANVALUE_OT_import_values
 
@@ -17,9 +19,13 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        layout = column_of_settings(self.layout)
+        layout, obj = column_of_settings(self.layout), subject.of(context)
+        layout.prop(obj.meanvalue, "drive")
+        problem = key_shapes.problem(obj) if driven_keys.is_on(obj) else None
+        if problem:
+            draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
         layout.operator(MEANVALUE_OT_import_values.bl_idname, icon='IMPORT')
-        settings = subject.of(context).meanvalue.bake_values
+        settings = obj.meanvalue.bake_values
         layout.prop(settings, "source")
         if settings.source == 'MARKERS':
             draw_wrapped(layout, context, "Take, Reference Frame and picked points are those of Motion Capture")

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How values of shape keys are baked: `object.meanvalue.bake_values`."""
+"""How values of shape keys are baked: `object.meanvalue.bake_values`; what handles drive: `object.meanvalue.drive`."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
 
 from ..baking import properties as baking
 from ..scene.declarations import aside
+from .bridge import driven_keys
 from .bridge.value_baking import DROPPED, ON_OBJECT, STILL
 
 #: What is usual: markers are on a head that moves, handles on one that does not.
@@ -61,4 +62,15 @@ class MEANVALUE_PG_bake_values(bpy.types.PropertyGroup):
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_bake_values,)
-SETTINGS = {"bake_values": aside(PointerProperty)(type=MEANVALUE_PG_bake_values)}
+SETTINGS = {
+    "bake_values": aside(PointerProperty)(type=MEANVALUE_PG_bake_values),
+    "drive": aside(EnumProperty)(
+        name="Drive",
+        description="What follows the handles with Live",
+        items=(
+            (driven_keys.SHAPE, "Shape", "The mesh itself, in a shape key of its own"),
+            (driven_keys.KEYS, "Shape Keys", "The sliders of the shape keys that the mesh has, within their ranges"),
+        ),
+        update=lambda settings, _context: driven_keys.chosen(settings.id_data),
+    ),
+}

@@ -3,8 +3,14 @@
 
 import bpy
 
+from ..live import roll
+from ..posing.live import follower
+from ..posing.operators import handles
+from ..scene import shape_keys
 from ..widgets import menus
 from . import panel
+from .bridge import driven_keys
+from .bridge.key_follower import KeyFollower
 from .operators import bake_values, import_values
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
@@ -35,6 +41,10 @@ def meanvalue_draw_import_menu(self, _context):
 
 
 HOOKS = (
+    (roll.kinds, KeyFollower),
+    (follower.stand_ins, KeyFollower),
+    (shape_keys.stand_ins, driven_keys),
+    (handles.keyframers, driven_keys.keyframe),
     (menus.of_rooms, MEANVALUE_MT_sliders.bl_idname),
     (bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu),
 )

@@ -100,7 +100,14 @@ EVERYWHERE = {"compat", "errors", "ids", "wording"}
 INSIDE = ("core", "bridge", "live", "properties", "operators")
 
 #: Where each feature keeps what is its own in `object.meanvalue`.
-KEPT = {"mix": "mixing", "wrap": "wrapping", "capture": "capture", "bake": "baking", "sliders": "sliders"}
+KEPT = {
+    "mix": "mixing",
+    "wrap": "wrapping",
+    "capture": "capture",
+    "bake": "baking",
+    "bake_values": "sliders",
+    "drive": "sliders",
+}
 
 
 def imported_names(path):

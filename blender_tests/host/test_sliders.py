@@ -231,3 +231,33 @@ def test_bad_targets_are_named(head):
         fit.solve_sequence([few, few])
     with pytest.raises(meanvalue.InvalidInput, match="no frames"):
         fit.solve_sequence(np.empty((0, ANCHORS, 3)))
+
+
+def test_a_steady_drag_follows_its_target_and_changes_values_no_faster(head):
+    """One that is alone against many is no outlier, and keys that fit alike share what there is to do."""
+    rest, shapes, anchors = head
+    fit = meanvalue.SliderFit(*head, can_move=False)
+    dragged = int(np.argmax(np.linalg.norm(shapes[0, anchors] - rest[anchors], axis=1)))
+    way = (shapes[0] - rest)[anchors[dragged]]
+    weights = np.full(ANCHORS, 0.02)
+    weights[dragged] = 1.0
+    found = []
+    for share in np.linspace(0, 1, 101):
+        targets = rest[anchors].copy()
+        targets[dragged] += share * way
+        found.append(fit.solve(targets, weights, steady=True))
+    values = np.array([each.values for each in found])
+    assert np.abs(values[0]).max() < 1e-12
+    assert np.abs(np.diff(values, axis=0)).max() < 0.03
+    assert np.linalg.norm(found[-1].residuals[dragged]) < 0.7 * np.linalg.norm(way)
+    assert not found[-1].outliers.any()
+    backwards = fit.solve(targets, weights, steady=True, start=np.ones(SHAPES)).values
+    assert np.abs(backwards - values[-1]).max() < 1e-8
+
+
+def test_a_steady_answer_goes_along_with_the_whole(head):
+    values = few_values(3)
+    fit = meanvalue.SliderFit(*head)
+    still, turned = (fit.solve(t, steady=True) for t in (mixed(head, values), moved(mixed(head, values))))
+    assert np.abs(still.values - turned.values).max() < 1e-2
+    assert np.abs(still.residuals).max() < 0.1 * np.abs(mixed(head, values) - mixed(head, 0 * values)).max()

@@ -71,8 +71,9 @@ std::shared_ptr<SliderFit> make_fit(const py::object& rest, const py::object& sh
 }
 
 Task start_solve(const std::shared_ptr<SliderFit>& fit, const py::object& targets,
-                 const std::optional<py::object>& weights, const std::optional<py::object>& start) {
+                 const std::optional<py::object>& weights, const std::optional<py::object>& start, bool steady) {
     SliderOptions options;
+    options.steady = steady;
     if (weights) options.weights = as_numbers(*weights, "weights");
     if (start) options.start = as_numbers(*start, "start");
     const Positions owned = PositionsArray(targets, "targets").view();
@@ -134,8 +135,11 @@ void bind_sliders(py::module_& module) {
                    "Values for one frame.\n\n"
                    "targets: (k, 3), NaN where one is missing; three or more are there (one, if the whole can't\n"
                    "move). weights: (k,) from 0 on, one over the variance of a target, up to a factor; None: all 1.\n"
-                   "start: (s,) values to begin with; None: rest. Returns SliderValues. Raises InvalidInput.",
-                   py::arg("targets"), py::arg("weights") = py::none(), py::kw_only(), py::arg("start") = py::none());
+                   "start: (s,) values to begin with; None: rest. steady: every target is followed, and values change\n"
+                   "no faster than targets, as dragging a handle needs; they are less sparse.\n"
+                   "Returns SliderValues. Raises InvalidInput.",
+                   py::arg("targets"), py::arg("weights") = py::none(), py::kw_only(), py::arg("start") = py::none(),
+                   py::arg("steady") = false);
     def_with_start(fit, "solve_sequence", &start_solve_sequence,
                    "Values for the frames of one motion, smooth in time as far as they change in it.\n\n"
                    "targets: (f, k, 3), NaN where one is missing. Frames with too few take theirs from those beside\n"

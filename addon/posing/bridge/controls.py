@@ -121,7 +121,7 @@ def attach_where_they_are(obj, handles, moves=None):
 def shown_move(obj, handle):
     """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever moves it."""
     members = vertex_groups.full_members(obj, handle.name)
-    shown = shape_keys.result_positions(obj)
+    shown = shape_keys.posed_positions(obj)
     if len(members) == 0 or shown is None:
         return np.eye(4)
     frame, space = control_places.frame_of(handle), rig_space.measure(obj)

@@ -50,7 +50,7 @@ def make_pin(handle):
 def positions(obj, members):
     """(m x 3 in the rest shape, m x 3 as posed), float32."""
     rest = shape_keys.rest_positions(obj.data)[members]
-    posed = shape_keys.result_positions(obj)
+    posed = shape_keys.posed_positions(obj)
     return rest, rest if posed is None else posed[members]
 
 

@@ -14,6 +14,11 @@ from ..bridge import control_places, controls, region
 ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
 
 
+#: Rooms say here what is keyed in place of controls: functions of an object to (count, what), None where controls are.
+#: They throw SceneError.
+keyframers = []
+
+
 class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
     """Select the handle's control; in Edit Mode, and for pins, its vertices"""
 
@@ -100,7 +105,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
 
 
 class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
-    """Insert keyframes on place, turn and size of the controls, at the current frame"""
+    """Insert keyframes on place, turn and size of the controls, or on the keys they drive, at the current frame"""
 
     bl_idname = "meanvalue.keyframe_handles"
     bl_label = "Keyframe Handles"
@@ -112,11 +117,13 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
         if not usable:
             raise SceneError(notes[0])
         selection.leave_edit_mode(obj)
-        movers = {controls.mover(handle) for handle in usable}
-        for mover in movers:
-            insert_keyframes(mover, notes)
-        frame = bpy.context.scene.frame_current
-        return f"Keyframes on {wording.counted(len(movers), 'control')} at frame {frame}", notes
+        keyed = next(filter(None, (keyframe(obj) for keyframe in keyframers)), None)
+        if keyed is None:
+            movers = {controls.mover(handle) for handle in usable}
+            for mover in movers:
+                insert_keyframes(mover, notes)
+            keyed = len(movers), "control"
+        return f"Keyframes on {wording.counted(*keyed)} at frame {bpy.context.scene.frame_current}", notes
 
 
 def insert_keyframes(mover, notes):

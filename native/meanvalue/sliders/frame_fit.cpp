@@ -17,6 +17,10 @@ constexpr double kSettled = 1e-4;
 // A prior's standard deviation is at least this share of the range: smaller ones make the system ill-conditioned.
 constexpr double kLeastDeviation = 1e-3;
 
+// The prior of values that have to be steady, as a share of what the shape that the anchors see best weighs.
+constexpr double kSteadyPrior = 0.01;
+constexpr int kSteadyRounds = 20;
+
 // Noise below this share of the shapes' size cannot be distinguished from rounding in single precision.
 constexpr double kLeastNoise = 1e-5;
 
@@ -214,6 +218,22 @@ void refine_estimate(const SliderModel& model, const FrameTargets& frame, const 
         estimate_variances(model, frame, squares, inverse.diagonal(), estimate);
         const double change = ((estimate.values - before).array() / range.array()).abs().maxCoeff();
         if (change < kSettled && estimate.scale <= estimate.noise * 4.0 && round > 2) break;
+    }
+}
+
+void follow_targets(const SliderModel& model, const FrameTargets& frame, FrameEstimate& estimate) {
+    const Eigen::VectorXd squares = ranges(model).array().square();
+    for (int round = 0; round < kSteadyRounds; ++round) {
+        NormalEquations system = assemble(model, frame, estimate);
+        const double largest = system.hessian.diagonal().cwiseProduct(squares).maxCoeff();
+        const Eigen::VectorXd precision = kSteadyPrior * std::max(largest, least_noise(model)) * squares.cwiseInverse();
+        system.hessian.diagonal() += precision;
+        system.gradient += precision.cwiseProduct(model.rest_values());
+        const Eigen::VectorXd before = estimate.values;
+        estimate.values = minimise_in_box({system.hessian, system.gradient, model.lower, model.upper}, before);
+        fit_motion(model, frame, estimate);
+        const double change = ((estimate.values - before).cwiseAbs2().cwiseQuotient(squares)).maxCoeff();
+        if (!model.can_move || change < kSettled * kSettled) break;
     }
 }
 

@@ -194,7 +194,11 @@ SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOption
                                    bound_->least_known(), " or more"));
     }
     FrameEstimate estimate = begin_estimate(bound_->model, frame, start);
-    refine_estimate(bound_->model, frame, nullptr, kRounds, estimate);
+    if (options.steady) {
+        follow_targets(bound_->model, frame, estimate);
+    } else {
+        refine_estimate(bound_->model, frame, nullptr, kRounds, estimate);
+    }
     return bound_->solution_of(frame, estimate);
 }
 

@@ -33,6 +33,7 @@ struct SliderBinding {
 struct SliderOptions {
     std::vector<double> weights = {};  ///< k, from 0 on: one over the variance of a target, up to a factor; empty: 1
     std::vector<double> start = {};    ///< one for each shape; empty: at rest
+    bool steady = false;  ///< every target is followed, and values change as steadily as targets: to drag handles
 };
 
 struct SliderSolution {

@@ -286,6 +286,7 @@ class SliderFit:
         weights: ArrayLike | None = None,
         *,
         start: ArrayLike | None = None,
+        steady: bool = False,
     ) -> SliderValues: ...
     def solve_sequence(
         self,
@@ -300,6 +301,7 @@ class SliderFit:
         weights: ArrayLike | None = None,
         *,
         start: ArrayLike | None = None,
+        steady: bool = False,
     ) -> Task: ...
     def start_solve_sequence(
         self,

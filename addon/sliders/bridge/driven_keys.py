@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether the handles of an object drive its shape keys, which then show the pose in place of the result."""
+
+import numpy as np
+
+from ...errors import SceneError
+from ...scene import shape_keys
+from . import key_shapes
+
+SHAPE, KEYS = 'SHAPE', 'SHAPE_KEYS'
+
+
+def is_on(obj):
+    return obj.meanvalue.drive == KEYS
+
+
+def names(obj):
+    """Of the shape keys that show the pose; none where the result does."""
+    return [slider.name for slider in key_shapes.sorted_out(obj)[0]] if is_on(obj) else []
+
+
+def positions(obj):
+    """n x 3 float32: the mesh as its keys show it; None where the result does, or there are no keys to drive."""
+    if not is_on(obj):
+        return None
+    try:
+        shapes = key_shapes.gather(obj)
+    except SceneError:  # told where they are to be driven
+        return None
+    return shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
+
+
+def keyframe(obj):
+    """Keys the values at the current frame. Returns what was keyed, in words; None where handles drive no keys."""
+    if not is_on(obj):
+        return None
+    found = key_shapes.problem(obj)
+    if found:
+        raise SceneError(found)
+    driven = names(obj)
+    key_shapes.insert_keyframes(obj, driven)
+    return len(driven), "shape key"
+
+
+def chosen(obj):
+    """Drive was chosen. The result, which posing by its shape writes, is not to be added to what keys show."""
+    result = shape_keys.result(obj)
+    if result is not None and result != obj.data.shape_keys.reference_key:
+        result.mute = is_on(obj)
+    obj.update_tag()
+
+
+def problem_of_result(obj):
+    """Why the result would be added to what keys show, in words, or None."""
+    result = shape_keys.result(obj)
+    if result is None or result.mute or result.value == 0.0:
+        return None
+    return f"Shape key '{result.name}' shows a pose of its own on top of the keys that are driven. Mute it"

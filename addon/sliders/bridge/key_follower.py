@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live where handles drive shape keys: the sliders go to where the keys are nearest to the handles.
+
+The values are a function of where the controls are alone: so they change steadily in a drag, and are settled at once.
+"""
+
+import math
+import time
+
+from ...errors import SceneError
+from ...posing.bridge import scene_input, targets
+from ...posing.live.follower import Follower
+from ...scene import shape_keys
+from ...solver import native_loader, session
+from ..core.key_drive import DriveInput
+from . import driven_keys, key_shapes
+
+REFUSED = "The shape keys cannot be driven by these handles: {}"
+
+#: Of the mesh's size: handles that are missed by more are told of.
+OUT_OF_REACH = 0.01
+
+
+class DriveReading:
+    """Reads handles and shape keys: a kind of reading as scene/object_model.py wants it, of DriveInputs."""
+
+    def __init__(self, obj):
+        self._parts = scene_input.start_reading(obj), key_shapes.KeyReading(obj)
+
+    @staticmethod
+    def signature(obj):
+        return scene_input.HandleReading.signature(obj), key_shapes.KeyReading.signature(obj)
+
+    def fits(self, obj):
+        return all(part.fits(obj) for part in self._parts)
+
+    def go_on(self, obj, seconds=math.inf):
+        until = time.monotonic() + seconds
+        return all(part.go_on(obj, until - time.monotonic()) for part in self._parts)
+
+    def result(self, obj):
+        handles, keys = self._parts
+        return DriveInput(scene_input.gather(obj, handles), keys.result(obj))
+
+    @staticmethod
+    def shapes(found):
+        return key_shapes.KeyReading.shapes(found.shapes)
+
+    @staticmethod
+    def written_key(_obj):
+        return ""  # of sliders alone
+
+
+class KeyFollower(Follower):
+    """What is bound is a native SliderFit."""
+
+    READS = DriveReading
+    READS_AT_REST = True
+
+    _cached_binding = staticmethod(lambda _found: None)
+
+    @staticmethod
+    def asks_for(obj):
+        return obj.meanvalue.live and driven_keys.is_on(obj)
+
+    @staticmethod
+    def why_hidden(obj):
+        if obj.show_only_shape_key:
+            return "A shape key is pinned. Turn off Shape Key Lock to see what the handles drive"
+        return shape_keys.BAKE_PLAYS if obj.meanvalue.baked.target else driven_keys.problem_of_result(obj)
+
+    def notes(self):
+        if self._missed is not None:
+            yield f"The shape keys do not reach as far as '{self._missed}'"
+        note = key_shapes.left_alone_note(self._input.shapes.left_alone)
+        if note:
+            yield note
+
+    def _begin_anew(self):
+        super()._begin_anew()
+        self._missed = None  # name of the handle that the keys do not reach
+
+    def _require_ready(self, obj):
+        super()._require_ready(obj)
+        found = key_shapes.problem(obj)
+        if found:
+            raise SceneError(found)
+
+    def _require_good_binding(self, obj):
+        """Nothing is kept in the file of what is bound."""
+
+    def _is_shown(self, _obj):
+        return self._wanted is not None and self._shown is self._wanted
+
+    def _has_key(self, _obj):
+        return True
+
+    def _read_targets(self, obj):
+        return self._targets.gather(obj, self._input.bind_input, self._wanted)
+
+    def _do_chores(self, obj):
+        self._targets.catch_up(obj, self._input.bind_input)
+
+    def _bind_work(self, _obj):
+        shapes = self._input.shapes
+        rest, moved, anchors = shapes.fit_input(self._input.anchors)
+
+        def work(_execution):
+            fit = session.call(
+                native_loader.module().SliderFit,
+                rest,
+                moved,
+                anchors,
+                lower=shapes.lower,
+                upper=shapes.upper,
+                can_move=False,
+                refused=REFUSED,
+            )
+
+            def collect(_obj):
+                self._binding = fit
+
+            return collect
+            yield  # a generator, though there is nothing to wait for
+
+        return work
+
+    def _solve_work(self, _obj, **_options):
+        fit, drive, wanted = self._binding, self._input, self._wanted
+        names = drive.shapes.names
+
+        def collect(obj, found):
+            self._shown, self._is_settled = wanted, wanted is self._wanted
+            number, distance = drive.farthest(found.residuals)
+            handle = targets.enabled_handles(obj)[number]
+            self._missed = handle.name if distance > OUT_OF_REACH * drive.diagonal else None
+            key_shapes.set_values(obj, names, found.values)
+
+        def work(_execution):
+            task = session.call(
+                fit.start_solve,
+                drive.targets(wanted.positions),
+                drive.weights(wanted.weights),
+                steady=True,
+                refused=REFUSED,
+            )
+            begun = time.perf_counter()
+            yield task
+            found = session.call(task.result, refused=REFUSED)
+            self.solve_seconds = time.perf_counter() - begun
+            return lambda obj: collect(obj, found)
+
+        return work

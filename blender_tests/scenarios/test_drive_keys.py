@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles that drive the shape keys that a mesh has, in place of a shape of their own."""
+
+import bpy
+import numpy as np
+import pytest
+from support import meshes, steps
+from support.interface import interface, is_settled
+
+CORNERS = [0, 8, 72, 80]
+LEFT, RIGHT = [38, 39, 47, 48], [41, 42, 50, 51]
+
+
+def add_key(obj, name, center, offset, relative="Basis"):
+    """A key that moves what is around a vertex by `offset`, (3,)."""
+    rest = steps.key_positions(obj, "Basis").astype(float)
+    near = np.exp(-((rest - rest[center]) ** 2).sum(axis=1) / 4.0)[:, None]
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.relative_key = obj.data.shape_keys.key_blocks[relative]
+    key.data.foreach_set("co", (steps.key_positions(obj, relative) + near * offset).astype(np.float32).ravel())
+    key.value = 0.0
+    return key
+
+
+@pytest.fixture
+def face():
+    """(object, control of the left handle): two handles, pinned corners, four keys; Live drives them."""
+    obj = meshes.grid(9, 9)
+    obj.shape_key_add(name="Basis")
+    add_key(obj, "Up L", 39, (0.0, 0.0, 1.0))
+    add_key(obj, "Up R", 41, (0.0, 0.0, 1.0))
+    add_key(obj, "Side", 39, (0.5, 0.0, 0.0)).slider_min = -1.0
+    add_key(obj, "Muted", 39, (0.0, 0.0, 2.0)).mute = True
+    steps.list_anchors(obj, Corners=CORNERS)
+    obj.meanvalue.drive = 'SHAPE_KEYS'
+    steps.add_handle(obj, "Right", RIGHT)
+    meshes.activate(obj)
+    control = steps.add_handle(obj, "Left", LEFT)
+    meshes.activate(obj)
+    bpy.context.view_layer.update()
+    return obj, control
+
+
+def values(obj):
+    return {key.name: key.value for key in obj.data.shape_keys.key_blocks[1:]}
+
+
+def move(control, **channels):
+    for name, value in channels.items():
+        setattr(control.location, name, getattr(control.location, name) + value)
+    bpy.context.view_layer.update()
+
+
+def test_sliders_follow_within_their_ranges(face, status):
+    obj, control = face
+    assert max(map(abs, values(obj).values())) < 1e-3
+    before = meshes.seen(obj)[LEFT].mean(axis=0)
+    move(control, z=0.4, x=-0.2)
+    found = values(obj)
+    assert 0.25 < found["Up L"] < 0.7
+    assert -1.0 < found["Side"] < -0.1
+    assert found["Muted"] == 0.0
+    moved = meshes.seen(obj)[LEFT].mean(axis=0) - before
+    np.testing.assert_allclose(moved, (-0.2, 0.0, 0.4), atol=0.12)
+    assert "'Muted' (muted) is left alone" in status(obj)[0]
+    assert obj.meanvalue.result_key not in obj.data.shape_keys.key_blocks
+    move(control, z=9.0)
+    assert values(obj)["Up L"] == 1.0
+    assert "do not reach as far as 'Left'" in status(obj)[0]
+
+
+def test_a_slow_drag_changes_values_steadily_and_ends_where_a_jump_does(face):
+    obj, control = face
+    start = control.location.copy()
+    rows = []
+    with interface() as timers:
+        for _ in range(40):
+            move(control, z=0.02, x=0.01)
+            timers.run(0.05)
+            rows.append(list(values(obj).values()))
+        assert is_settled(obj)
+    steps_of_values = np.abs(np.diff(rows, axis=0))
+    assert steps_of_values.max() < 3.0 * steps_of_values.max(axis=1).mean()
+    end = control.location.copy()
+    control.location = start
+    bpy.context.view_layer.update()
+    assert max(map(abs, values(obj).values())) < 1e-3
+    control.location = end
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(list(values(obj).values()), rows[-1], atol=1e-5)
+
+
+def test_keyframes_go_on_the_values(face, part):
+    obj, control = face
+    move(control, z=0.4)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    keys = obj.data.shape_keys
+    frames, keyed = part("scene.actions").read_keys(keys, part("scene.shape_keys").value_path("Up L"))
+    assert frames.tolist() == [1.0]
+    assert keyed[0] == pytest.approx(values(obj)["Up L"])
+    assert control.animation_data is None
+
+
+def test_shape_and_shape_keys_take_turns(face):
+    obj, control = face
+    obj.meanvalue.drive = 'SHAPE'
+    for key in obj.data.shape_keys.key_blocks[1:]:
+        key.value = 0.0
+    move(control, z=0.4)
+    result = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
+    assert not result.mute
+    posed = meshes.seen(obj)
+    obj.meanvalue.drive = 'SHAPE_KEYS'
+    bpy.context.view_layer.update()
+    assert result.mute
+    assert values(obj)["Up L"] > 0.25
+    for key in obj.data.shape_keys.key_blocks[1:]:
+        if key != result:
+            key.value = 0.0
+    obj.meanvalue.drive = 'SHAPE'
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(meshes.seen(obj), posed, atol=1e-3)
+
+
+def test_a_new_handle_starts_where_the_keys_have_the_mesh(face):
+    obj, control = face
+    move(control, z=0.4)
+    before = values(obj)
+    meshes.activate(obj)
+    steps.add_handle(obj, "Middle", [40])
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(list(values(obj).values()), list(before.values()), atol=0.03)
+
+
+def test_grab_drags_the_sliders_and_nothing_is_lost_on_the_way_back(face):
+    obj, _ = face
+    assert bpy.ops.meanvalue.grab(vertex=39, offset=(0.0, 0.0, 0.5)) == {'FINISHED'}
+    bpy.context.view_layer.update()
+    assert 0.3 < values(obj)["Up L"] < 0.8
+
+
+def test_undo_and_reloading_end_with_the_same_values(face, tmp_path):
+    obj, control = face
+    name = obj.name
+    move(control, z=0.4)
+    before = values(obj)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "driven.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "driven.blend"))
+    obj = bpy.data.objects[name]
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(list(values(obj).values()), list(before.values()), atol=1e-5)
+    bpy.ops.ed.undo_push(message="Before")
+    move(obj.meanvalue.handles["Left"].control, z=0.3)
+    assert values(obj)["Up L"] > before["Up L"] + 0.1
+    bpy.ops.ed.undo_push(message="After")
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects[name]
+    bpy.context.view_layer.update()
+    np.testing.assert_allclose(list(values(obj).values()), list(before.values()), atol=1e-5)
+
+
+def test_handles_pose_behind_a_rig_that_moves(face):
+    obj, control = face
+    obj.modifiers.new("Cast", 'CAST').factor = 0.0
+    lattice = meshes.new_object("Lattice", bpy.data.lattices.new("Lattice"))
+    lattice.scale = (30.0, 30.0, 30.0)
+    obj.modifiers.new("Lattice", 'LATTICE').object = lattice
+    bpy.context.view_layer.update()
+    move(control, z=0.4)
+    assert 0.25 < values(obj)["Up L"] < 0.6
+
+
+def test_what_is_wrong_is_said_and_nothing_changes(face, status):
+    obj, control = face
+    for key in obj.data.shape_keys.key_blocks[1:]:
+        key.mute = True
+    move(control, z=0.4)
+    text, is_problem = status(obj)
+    assert is_problem
+    assert "No shape key of" in text
+    assert not any(values(obj).values())
+    for key in obj.data.shape_keys.key_blocks[1:]:
+        key.mute = False
+    obj.show_only_shape_key = True
+    bpy.context.view_layer.update()
+    assert "is pinned" in status(obj)[0]
