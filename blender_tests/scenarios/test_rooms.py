@@ -27,7 +27,10 @@ QUICK = {
     "wrapping": ("test_wrap.py::test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space",),
     "capture": ("test_match_markers.py::test_live_follows_at_once_when_the_frame_is_changed",),
     "baking": ("test_bake_keys.py::test_values_cross_fade_linearly",),
-    "sliders": ("test_shape_values.py::test_values_are_keyed_by_name_from_the_current_frame_on",),
+    "sliders": (
+        "test_shape_values.py::test_values_are_keyed_by_name_from_the_current_frame_on",
+        "test_drive_keys.py::test_sliders_follow_within_their_ranges",
+    ),
 }
 
 #: The rooms that know another one go with it.
