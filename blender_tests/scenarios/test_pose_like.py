@@ -95,3 +95,28 @@ def test_a_vertex_group_masks_its_key(limb):
         limb.data.shape_keys.key_blocks[name].vertex_group = group.name
     with steps.refused("no shape key"):
         bpy.ops.meanvalue.bind()
+
+
+def test_with_merged_vertices_and_a_plane_of_symmetry(limb):
+    limb.meanvalue.symmetric = 'X'
+    limb.meanvalue.merge_distance = 1e-4
+    alone = solve(limb)
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    assert solve(limb) < 0.75 * alone
+
+
+def test_live_follows_an_edited_key(limb):
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    meshes.activate(limb)
+    control = steps.add_handle(limb, "Middle", range(16 * SEGMENTS, 17 * SEGMENTS))
+    limb.meanvalue.live = True
+    control.location.y += 0.5
+    bpy.context.view_layer.update()
+    before = steps.key_positions(limb, "Mean-Value")
+    assert np.abs(before - steps.key_positions(limb, "Basis")).max() > 0.4
+    settings = limb.meanvalue.bound.settings
+    limb.data.shape_keys.key_blocks["Forth"].mute = True
+    limb.update_tag()
+    bpy.context.view_layer.update()
+    assert limb.meanvalue.bound.settings != settings
+    assert np.abs(steps.key_positions(limb, "Mean-Value") - before).max() > 0.0
