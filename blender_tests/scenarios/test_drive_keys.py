@@ -114,6 +114,7 @@ def test_shape_and_shape_keys_take_turns(face):
     obj.meanvalue.drive = 'SHAPE_KEYS'
     bpy.context.view_layer.update()
     assert result.mute
+    assert not bpy.ops.meanvalue.keep_pose.poll() and not bpy.ops.meanvalue.apply_pose.poll()
     assert values(obj)["Up L"] > 0.25
     for key in obj.data.shape_keys.key_blocks[1:]:
         if key != result:

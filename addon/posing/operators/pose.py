@@ -41,9 +41,10 @@ class SettledOperator(BackgroundOperator):
 
 def _unposed_problem(obj):
     """Why there is no pose to use, in words, or None."""
-    if shape_keys.result(obj) is not None:
-        return None
-    return "Nothing is posed yet. Press on the mesh with Grab and drag"
+    key = shape_keys.result(obj)
+    if key is None:
+        return "Nothing is posed yet. Press on the mesh with Grab and drag"
+    return f"The pose, shape key '{key.name}', is muted. Unmute it to use the pose" if key.mute else None
 
 
 def _is_settled(obj):
