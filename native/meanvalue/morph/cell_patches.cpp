@@ -1,19 +1,27 @@
 #include "meanvalue/morph/cell_patches.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace meanvalue {
 namespace {
 
-// Enough for every finger. Finer patches follow strains, which tilt the axes of relative rotations.
+// Enough for every finger. Finer ones follow strains, which tilt the axes of relative rotations.
 constexpr Index kPatches = 600;
+// Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
+constexpr double kSpreads = 1.5;
+constexpr double kLeastShare = 1e-2;
 
 }  // namespace
 
-CellPatches grow_patches(const Encoding& layout, const Execution& execution) {
-    CellPatches patches;
-    std::vector<Index>& of = patches.of;
-    std::vector<Index>& sizes = patches.sizes;
+CellPatches::CellPatches(const Encoding& layout, const Execution& execution) {
+    grow(layout, execution);
+    spread(layout, execution);
+}
+
+/// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
+void CellPatches::grow(const Encoding& layout, const Execution& execution) {
     const Index vertices = layout.vertex_count();
     const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
     of.assign(vertices, -1);
@@ -26,7 +34,7 @@ CellPatches grow_patches(const Encoding& layout, const Execution& execution) {
         seeds.assign(1, first);
         for (std::size_t next = 0; next < seeds.size(); ++next) {  // a part of the mesh, patch after patch outwards
             if (of[seeds[next]] >= 0) continue;
-            const Index current = patches.count();
+            const Index current = count();
             members.assign(1, seeds[next]);
             of[seeds[next]] = current;
             Index neighbour = -1;
@@ -55,7 +63,53 @@ CellPatches grow_patches(const Encoding& layout, const Execution& execution) {
             }
         }
     }
-    return patches;
+}
+
+void CellPatches::spread(const Encoding& layout, const Execution& execution) {
+    const Index vertices = layout.vertex_count();
+    std::vector<std::vector<Share>> known(vertices);
+    for (Index v = 0; v < vertices; ++v) {
+        if (of[v] >= 0) known[v] = {{of[v], 1.0}};
+    }
+    const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, count()));
+    const int rounds = across < 1.5 ? 0 : static_cast<int>(std::lround(kSpreads * across));
+    std::vector<double> sums(count(), 0.0);
+    std::vector<Index> seen;
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<std::vector<Share>> next(vertices);
+        for (Index v = 0; v < vertices; ++v) {
+            execution.check_every(v);
+            seen.clear();
+            const auto add = [&](Index from, double factor) {
+                for (const Share& share : known[from]) {
+                    if (sums[share.patch] == 0.0) seen.push_back(share.patch);
+                    sums[share.patch] += factor * share.share;
+                }
+            };
+            const Index begin = layout.ring_offsets[v];
+            const Index end = layout.ring_offsets[v + 1];
+            if (begin < end) add(v, 1.0);
+            for (Index place = begin; place < end; ++place)
+                add(layout.ring[place], 1.0 / (end - begin));
+            std::sort(seen.begin(), seen.end());
+            double kept = 0.0;
+            for (const Index patch : seen) {
+                if (sums[patch] > 2.0 * kLeastShare) {
+                    next[v].push_back({patch, sums[patch]});
+                    kept += sums[patch];
+                }
+                sums[patch] = 0.0;
+            }
+            for (Share& share : next[v])
+                share.share /= kept;
+        }
+        known = std::move(next);
+    }
+    share_start.assign(1, 0);
+    for (Index v = 0; v < vertices; ++v) {
+        shares.insert(shares.end(), known[v].begin(), known[v].end());
+        share_start.push_back(static_cast<Index>(shares.size()));
+    }
 }
 
 }  // namespace meanvalue

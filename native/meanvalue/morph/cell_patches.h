@@ -1,4 +1,4 @@
-// Connected patches of the cells of a mesh.
+// Cells of a mesh in patches that go smoothly over into each other.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,30 @@
 
 namespace meanvalue {
 
-/// Connected patches of some dozen vertices that have a ring.
+/// Connected patches of some dozen vertices that have a ring, and how much each vertex belongs to those around it.
 struct CellPatches {
-    std::vector<Index> of;     ///< n: the patch of each vertex, -1 for vertices without a ring
-    std::vector<Index> sizes;  ///< of each patch, in vertices
+    struct Share {
+        Index patch;
+        double share;
+    };
+
+    /// @param layout the rings, n. @throws Cancelled. Cost: linear.
+    CellPatches(const Encoding& layout, const Execution& execution);
 
     Index count() const { return static_cast<Index>(sizes.size()); }
-};
+    std::size_t bytes() const {
+        return (of.capacity() + sizes.capacity() + share_start.capacity()) * sizeof(Index) +
+               shares.capacity() * sizeof(Share);
+    }
 
-/// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
-/// @param layout the rings, n. @throws Cancelled. Cost: linear.
-CellPatches grow_patches(const Encoding& layout, const Execution& execution);
+    std::vector<Index> of;           ///< n: -1 for vertices without a ring
+    std::vector<Index> sizes;        ///< in vertices
+    std::vector<Index> share_start;  ///< n + 1
+    std::vector<Share> shares;       ///< of patches in the cells, which sum to 1
+
+  private:
+    void grow(const Encoding& layout, const Execution& execution);
+    void spread(const Encoding& layout, const Execution& execution);
+};
 
 }  // namespace meanvalue

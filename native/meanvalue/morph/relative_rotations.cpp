@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <queue>
+#include <tuple>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
@@ -21,14 +24,16 @@ Vector3 small_rotation(const Quaternion& q) {
     return 2.0 * q.w() * q.vec();
 }
 
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& items) {
+    return items.capacity() * sizeof(T);
+}
+
 }  // namespace
 
 RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count,
                                      int threads, const Execution& execution)
-    : layout_(layout),
-      shape_count_(shape_count),
-      patches_(grow_patches(layout, execution)),
-      patch_count_(patches_.count()) {
+    : layout_(layout), shape_count_(shape_count), patches_(layout, execution), patch_count_(patches_.count()) {
     relate(vectors, execution);
     rotate_against_patches(vectors, threads, execution);
     factorise(execution);
@@ -66,10 +71,16 @@ void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execut
     }
 }
 
-/// The rotation of the patch of a cell. @param patches one for each, `stride` apart.
-Quaternion RelativeRotations::of_patch(Index vertex, const Quaternion* patches, std::size_t stride) const {
-    const Index patch = patches_.of[vertex];
-    return patch < 0 ? Quaternion::Identity() : patches[patch * stride];
+/// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for
+/// each, `stride` apart.
+Quaternion RelativeRotations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (Index k = patches_.share_start[vertex]; k < patches_.share_start[vertex + 1]; ++k) {
+        const Eigen::Vector4d each = patches[patches_.shares[k].patch * stride].coeffs();
+        sum += (sum.dot(each) < 0.0 ? -patches_.shares[k].share : patches_.shares[k].share) * each;
+    }
+    const double length = sum.norm();
+    return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();
 }
 
 void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vectors, int threads,
@@ -79,7 +90,7 @@ void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vecto
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             for (std::size_t k = 0; k < count; ++k) {
-                const Quaternion mean = of_patch(v, means_.data() + k, count);
+                const Quaternion mean = mean_of_patches(v, means_.data() + k, count);
                 own_vectors_[v * count + k] =
                     rotation_vector(mean.conjugate() * quaternion_by(vectors[v * count + k]));
             }
@@ -87,7 +98,7 @@ void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vecto
     });
 }
 
-/// Spanning trees over the neighbours that are rotated the most alike, from the patch with the smallest angle.
+/// From patch to patch over the neighbours that are rotated the most alike, beginning at the least rotated one.
 void RelativeRotations::connect(const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const auto largest = [count](const Vector3* vectors) {
@@ -96,28 +107,40 @@ void RelativeRotations::connect(const Execution& execution) {
             result = std::max(result, vectors[k].norm());
         return result;
     };
-    std::vector<std::vector<std::size_t>> pairs_of(patch_count_);
-    std::vector<double> angles;  // of each pair
+    std::vector<std::vector<std::pair<double, std::size_t>>> next_to(patch_count_);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-        angles.push_back(largest(relative_.data() + pair * count));
-        pairs_of[pairs_[pair].a].push_back(pair);
-        pairs_of[pairs_[pair].b].push_back(pair);
+        const double angle = largest(relative_.data() + pair * count);
+        next_to[pairs_[pair].a].emplace_back(angle, pair);
+        next_to[pairs_[pair].b].emplace_back(angle, pair);
     }
-    std::vector<double> start_angles;
+    std::vector<std::pair<double, Index>> starts(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch)
-        start_angles.push_back(largest(patch_vectors_.data() + patch * count));
-    const auto edges = [&](Index patch, const auto& visit) {
-        for (const std::size_t pair : pairs_of[patch])
-            visit(pairs_[pair].a == patch ? pairs_[pair].b : pairs_[pair].a, angles[pair], pair);
-    };
-    tree_ = spanning_trees(start_angles, edges, execution);
+        starts[patch] = {largest(patch_vectors_.data() + patch * count), patch};
+    std::sort(starts.begin(), starts.end());
+    std::vector<char> is_known(patch_count_, 0);
+    using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
+    std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
+    for (const auto& [angle, start] : starts) {
+        if (!is_known[start]) queue.emplace(0.0, start, start, 0);
+        while (!queue.empty()) {
+            execution.check_every(tree_.size());
+            const auto [cost, to, from, way] = queue.top();
+            queue.pop();
+            if (is_known[to]) continue;
+            is_known[to] = 1;
+            tree_.push_back({to, from, way});
+            for (const auto& [further, pair] : next_to[to]) {
+                const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
+                if (!is_known[next]) queue.emplace(further, next, to, pair);
+            }
+        }
+    }
 }
 
-/// The rotations that agree with those between neighbours of the trees; each part of the mesh is rotated as a whole
-/// to fit how its patches are in space. Gauss and Newton begin there: it is near the best, however far limbs are
-/// bent.
-std::vector<Quaternion> RelativeRotations::integrate(const std::vector<Quaternion>& between,
-                                                     const std::vector<Quaternion>& in_space) const {
+/// The rotations that have all rotations between neighbours of the tree, each part of the mesh rotated as a whole to
+/// how its patches are in space. From there to the best is not far, however far limbs are bent.
+std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
+                                                  const std::vector<Quaternion>& in_space) const {
     std::vector<Quaternion> found = in_space;
     for (std::size_t begin = 0; begin < tree_.size();) {
         std::size_t end = begin;
@@ -128,10 +151,10 @@ std::vector<Quaternion> RelativeRotations::integrate(const std::vector<Quaternio
                 found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
             sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
             ++end;
-        } while (end < tree_.size() && tree_[end].node != tree_[end].from);
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
         const Quaternion whole = quaternion_of(closest_rotation(sum));
         for (; begin < end; ++begin)
-            found[tree_[begin].node] = (whole * found[tree_[begin].node]).normalized();
+            found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
     }
     return found;
 }
@@ -188,6 +211,17 @@ double RelativeRotations::step(const std::vector<Quaternion>& between, std::vect
     }
     SupernodalFactor::Workspace workspace;
     factor_.solve(sums, sums, 1, execution, workspace);
+    // Only differences count: each part of the mesh stays as it is, as a whole.
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Vector3 mean = Vector3::Zero();
+        do {
+            mean += Vector3(sums.row(tree_[end++].patch));
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        mean /= static_cast<double>(end - begin);
+        for (; begin < end; ++begin)
+            sums.row(tree_[begin].patch) -= mean.transpose();
+    }
     double largest = 0.0;
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const Vector3 vector = sums.row(patch);
@@ -218,23 +252,24 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
         }
         between[pair] = quaternion_by(sum);
     }
-    std::vector<Quaternion> found = integrate(between, in_space);
+    std::vector<Quaternion> found = follow(between, in_space);
     for (int round = 0; round < kMostSteps && step(between, found, execution) > kStepTolerance; ++round) {
     }
     return found;
 }
 
-/// By what a vertex is rotated further where its weights are not those of its patch.
-/// @param mean of this in between.
+/// By what a vertex is rotated further where its weights are not those of its patches.
+/// @param mean of these in between.
 Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                                           const std::vector<Quaternion>& frames, const Quaternion& mean) const {
     const auto count = static_cast<std::size_t>(shape_count_);
-    if (patches_.of[vertex] < 0) return Quaternion::Identity();
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < count; ++k) {
-        const double more = weights[k] - shares[patches_.of[vertex] * count + k];
+        double more = weights[k];
+        for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
+            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count + k];
         if (more == 0.0) continue;
-        const Quaternion own = of_patch(vertex, means_.data() + k, count);
+        const Quaternion own = mean_of_patches(vertex, means_.data() + k, count);
         sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
     }
     return quaternion_by(sum);
@@ -250,7 +285,7 @@ void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quat
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
-            rotations[v] = of_patch(v, patches.data(), 1);
+            rotations[v] = mean_of_patches(v, patches.data(), 1);
             if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
             rotations[v] =
                 rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count, {}, of, shape_count_);
@@ -274,13 +309,15 @@ std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weigh
     std::vector<Quaternion> result;
     for (const Index v : vertices) {
         const Vector3* const own = own_vectors_.data() + v * count;
-        result.push_back(of_patch(v, patches.data(), 1) * average_rotation(own, {}, weights.data(), shape_count_));
+        result.push_back(mean_of_patches(v, patches.data(), 1) *
+                         average_rotation(own, {}, weights.data(), shape_count_));
     }
     return result;
 }
 
 std::size_t RelativeRotations::bytes() const {
-    return bytes_of(patches_.of, own_vectors_, patch_vectors_, means_, relative_) + factor_.bytes();
+    return patches_.bytes() + bytes_of(patch_vectors_) + bytes_of(means_) + bytes_of(own_vectors_) +
+           bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

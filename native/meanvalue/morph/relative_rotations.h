@@ -9,16 +9,15 @@
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/rotation_vectors.h"
-#include "meanvalue/morph/spanning_trees.h"
 
 namespace meanvalue {
 
 /// Averages of rotation vectors rotate every cell about an axis of its own in space: a forearm does not bend about
 /// the elbow then, but about what is between the axes of elbow and shoulder. Averages of the rotations of each patch
-/// against its neighbours do, and each cell is rotated against its patch. Such rotations are small, so that none of
-/// them is ambiguous, however far a limb is bent in all. In between, the rotations of all patches are found that
-/// agree best with the average rotations between neighbours (least squares, by Gauss and Newton), and the cells' own
-/// rotations are averaged on top. docs/algorithm.md, "Blending".
+/// against its neighbours do. Each cell is rotated against the patches around it, which go smoothly over into each
+/// other. Such rotations are small, so that none of them is ambiguous, however far a limb is bent in all. In between,
+/// the rotations of all patches are found that agree best with the average rotations between neighbours (least
+/// squares, by Gauss and Newton), and the cells' own rotations are averaged on top. docs/algorithm.md, "Blending".
 class RelativeRotations {
   public:
     /// @param layout the rings, n. @param vectors n x k rotation vectors, vertex after vertex: LocalCells.
@@ -45,6 +44,11 @@ class RelativeRotations {
         Index b;
         double weight;  // mesh edges between them
     };
+    struct Step {
+        Index patch;
+        Index from;        // itself, where a part of the mesh begins
+        std::size_t pair;  // of both
+    };
 
     void relate(const std::vector<Vector3>& vectors, const Execution& execution);
     void rotate_against_patches(const std::vector<Vector3>& vectors, int threads, const Execution& execution);
@@ -54,11 +58,11 @@ class RelativeRotations {
     std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
                                                  const std::vector<Quaternion>& frames,
                                                  const Execution& execution) const;
-    std::vector<Quaternion> integrate(const std::vector<Quaternion>& between,
-                                      const std::vector<Quaternion>& in_space) const;
+    std::vector<Quaternion> follow(const std::vector<Quaternion>& between,
+                                   const std::vector<Quaternion>& in_space) const;
     double step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                 const Execution& execution) const;
-    Quaternion of_patch(Index vertex, const Quaternion* patches, std::size_t stride) const;
+    Quaternion mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const;
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                            const std::vector<Quaternion>& frames, const Quaternion& mean) const;
 
@@ -68,10 +72,10 @@ class RelativeRotations {
     Index patch_count_;
     std::vector<Vector3> patch_vectors_;  // patches x k, in space
     std::vector<Quaternion> means_;       // these as rotations
-    std::vector<Vector3> own_vectors_;    // n x k: of cells against their patch, in its frame
+    std::vector<Vector3> own_vectors_;    // n x k: of cells against the mean of their patches, in its frame
     std::vector<Pair> pairs_;             // a < b, ascending
     std::vector<Vector3> relative_;       // pairs x k: of b against a, in the frame of a
-    std::vector<TreeStep> tree_;          // over the patches, by pairs
+    std::vector<Step> tree_;              // every patch once, after the one that it is reached from
     SupernodalFactor factor_;
 };
 

@@ -1,4 +1,4 @@
-// Phase unwrapping of rotation vectors: their angles beyond 180 degrees, where limbs are rotated so far.
+// Phase unwrapping for rotation vectors: their angles beyond 180 degrees, where limbs turn so far.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,8 @@
 
 namespace meanvalue {
 
-/// The vectors of all rotations, each on the branch nearest to that of a neighbour: along spanning trees from the
-/// cell with the smallest angle, over edges between cells that are rotated alike. The order of shapes does not
-/// matter.
+/// The vectors of all rotations, on branches that are followed over the mesh: from the cell that is rotated
+/// least on, each from the neighbour that is rotated the most alike. The order of shapes does not matter.
 /// @param layout the rings, n. @param rotations n x k. @return n x k. @throws Cancelled. Cost: O(n k log n).
 std::vector<Vector3> unwrap_rotations(const Encoding& layout, const std::vector<Matrix3>& rotations,
                                       Index shape_count, const Execution& execution);
