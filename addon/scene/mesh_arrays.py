@@ -49,6 +49,7 @@ def triangles(mesh, rest):
     try:
         store, name = compat.position_store(copy)
         store.foreach_set(name, rest.ravel())
+        copy.update()  # its triangles are those of the shape that was copied
         return shown_triangles(copy)
     finally:
         bpy.data.meshes.remove(copy)

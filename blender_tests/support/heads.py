@@ -31,9 +31,9 @@ def head(segments=32, live=True):
     obj = meshes.new_object("Head", mesh)
     meshes.activate(obj)
     loose = {index for each in parts.values() for part in each for index in part}
-    skin = [vertex for vertex in mesh.vertices if vertex.index not in loose]
-    steps.add_handle(obj, "Chest", [vertex.index for vertex in skin if vertex.co.z < -2.2], pin=True)
-    steps.add_handle(obj, "Crown", [vertex.index for vertex in skin if vertex.co.z > 0.6], live=live)
+    heights = {vertex.index: vertex.co.z for vertex in mesh.vertices if vertex.index not in loose}
+    steps.add_handle(obj, "Chest", [index for index, height in heights.items() if height < -2.2], pin=True)
+    steps.add_handle(obj, "Crown", [index for index, height in heights.items() if height > 0.6], live=live)
     handles.update()
     return obj, bpy.context.object, parts
 

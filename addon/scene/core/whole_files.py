@@ -78,7 +78,8 @@ def require_place(path):
             raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
         if not os.access(folder, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        path.exists()  # the system says so where a name is too long
+        with contextlib.suppress(FileNotFoundError):
+            path.stat()  # the system says so where a name is too long
 
 
 @contextlib.contextmanager
