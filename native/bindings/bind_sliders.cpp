@@ -131,15 +131,16 @@ void bind_sliders(py::module_& module) {
             "can_move: whether a rigid motion of the whole is found as well, as of a head.\n"
             "threads: of solve_sequence(), 0 for every core; results do not depend on it.\n"
             "Raises InvalidInput that names what is wrong with which shape or anchor.");
-    def_with_start(fit, "solve", &start_solve,
-                   "Values for one frame.\n\n"
-                   "targets: (k, 3), NaN where one is missing; three or more are there (one, if the whole can't\n"
-                   "move). weights: (k,) from 0 on, one over the variance of a target, up to a factor; None: all 1.\n"
-                   "start: (s,) values to begin with; None: rest. steady: every target is followed, and values change\n"
-                   "no faster than targets, as dragging a handle needs; they are less sparse.\n"
-                   "Returns SliderValues. Raises InvalidInput.",
-                   py::arg("targets"), py::arg("weights") = py::none(), py::kw_only(), py::arg("start") = py::none(),
-                   py::arg("steady") = false);
+    def_with_start(
+        fit, "solve", &start_solve,
+        "Values for one frame.\n\n"
+        "targets: (k, 3), NaN where one is missing; three or more are there (one, if the whole can't\n"
+        "move). weights: (k,) from 0 on, one over the variance of a target, up to a factor; None: all 1.\n"
+        "start: (s,) values to begin with; None: rest. steady: every target is followed, and values change\n"
+        "no faster than targets, as dragging a handle needs; they are less sparse.\n"
+        "Returns SliderValues. Raises InvalidInput.",
+        py::arg("targets"), py::arg("weights") = py::none(), py::kw_only(), py::arg("start") = py::none(),
+        py::arg("steady") = false);
     def_with_start(fit, "solve_sequence", &start_solve_sequence,
                    "Values for the frames of one motion, smooth in time as far as they change in it.\n\n"
                    "targets: (f, k, 3), NaN where one is missing. Frames with too few take theirs from those beside\n"

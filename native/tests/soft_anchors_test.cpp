@@ -43,8 +43,8 @@ std::vector<double> soft_above(const Pose& pose, double strength) {
     return strengths;
 }
 
-/// A bend without a coarse level, one with, and isolated anchors. No handle is longer than two rings, or what is beyond
-/// would take part only with soft anchors, and its size with it.
+/// A bend without a coarse level, one with, and isolated anchors. No handle is longer than two rings, or what is
+/// beyond would take part only with soft anchors, and its size with it.
 std::vector<Pose> soft_poses() {
     return {bend("bend", capped_tube(16, 25, 8.0), 1.0), bend("bend of a large tube", capped_tube(48, 75, 8.0), 1.0),
             spread_pull("pull of a sphere", sphere(4), 6, {0.3, 0.2, 0.0}),

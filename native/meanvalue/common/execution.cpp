@@ -5,7 +5,8 @@
 namespace meanvalue {
 
 void Execution::check() const {
-    if (checks_left_.load(std::memory_order_relaxed) > 0 && checks_left_.fetch_sub(1, std::memory_order_relaxed) == 1) {
+    if (checks_left_.load(std::memory_order_relaxed) > 0 &&
+        checks_left_.fetch_sub(1, std::memory_order_relaxed) == 1) {
         cancelled_.store(true, std::memory_order_relaxed);
     }
     if (whole_ != nullptr) whole_->check();

@@ -19,8 +19,8 @@
 namespace meanvalue {
 namespace {
 
-// Tolerance of a single step, as a share of the diagonal. The fast method's steps shorten slowly; docs/benchmarks.md has how far from the
-// minimum they end.
+// Tolerance of a single step, as a share of the diagonal. The fast method's steps shorten slowly; docs/benchmarks.md
+// has how far from the minimum they end.
 constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;

@@ -11,8 +11,8 @@
 namespace meanvalue {
 
 /// Lends each solve a workspace of its own; results do not depend on which. It keeps as many
-/// unused ones as 512 MB hold, at least two and at most eight. Safe to use from any thread. It never waits: in a forked child the
-/// lock may be held for ever, and then each solve has a new workspace.
+/// unused ones as 512 MB hold, at least two and at most eight. Safe to use from any thread. It never waits: in a
+/// forked child the lock may be held for ever, and then each solve has a new workspace.
 class WorkspacePool {
   public:
     explicit WorkspacePool(const Decoder& decoder) : decoder_(decoder) {}  ///< @pre it outlives the pool

@@ -20,8 +20,8 @@ struct Collapse {
 /// The cost of merging a vertex into one of its ring, lower is better; docs/algorithm.md, "Collapse cost". The paper
 /// names its parts, volume preservation (Lindstrom and Turk) and minimal-angle maximisation, and gives no formula.
 ///
-/// Works on one vertex after another: what all of its collapses have in common is computed once. One instance for each
-/// thread.
+/// Works on one vertex after another: what all of its collapses have in common is computed once. One instance for
+/// each thread.
 class CollapseCost {
   public:
     /// @param positions n x 3; must outlive this. @param unit the unit of costs, a volume: with cost_unit() they

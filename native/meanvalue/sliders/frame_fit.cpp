@@ -226,7 +226,8 @@ void follow_targets(const SliderModel& model, const FrameTargets& frame, FrameEs
     for (int round = 0; round < kSteadyRounds; ++round) {
         NormalEquations system = assemble(model, frame, estimate);
         const double largest = system.hessian.diagonal().cwiseProduct(squares).maxCoeff();
-        const Eigen::VectorXd precision = kSteadyPrior * std::max(largest, least_noise(model)) * squares.cwiseInverse();
+        const Eigen::VectorXd precision =
+            kSteadyPrior * std::max(largest, least_noise(model)) * squares.cwiseInverse();
         system.hessian.diagonal() += precision;
         system.gradient += precision.cwiseProduct(model.rest_values());
         const Eigen::VectorXd before = estimate.values;

@@ -68,8 +68,8 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
 void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* pull, int rounds,
                      FrameEstimate& estimate);
 
-/// Ridge regression within bounds: every target is followed, all values have one weak prior. So values change no faster
-/// than targets do, where refine_estimate() may change from one shape to another.
+/// Ridge regression within bounds: every target is followed, all values have one weak prior. So values change no
+/// faster than targets do, where refine_estimate() may change from one shape to another.
 void follow_targets(const SliderModel& model, const FrameTargets& frame, FrameEstimate& estimate);
 
 }  // namespace meanvalue

@@ -53,8 +53,8 @@ class DeformationEnergy {
         std::vector<double> block_energy;  ///< of E, by each block
         std::vector<Scratch> scratch;
         std::optional<EnergyBlocks> rows;  ///< of refill(), in place of those at rest
-        Positions soft_targets;             ///< |soft anchors| x 3: to be set before anything is evaluated
-        std::vector<double> soft_weights;   ///< |soft anchors|, what each counts in this solve; empty: 1
+        Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
+        std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
 
         std::size_t bytes() const;
     };

@@ -246,7 +246,7 @@ EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unkno
 }
 
 void refill_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, int threads,
-                           const Execution& execution, EnergyBlocks& blocks) {
+                          const Execution& execution, EnergyBlocks& blocks) {
     parallel_items(blocks.block_count(), threads, execution, [&](int, std::size_t block) {
         const auto end = blocks.blocks[block + 1].first_batch;
         for (auto number = blocks.blocks[block].first_batch; number < end; ++number) {

@@ -25,7 +25,8 @@ struct StiffRings {
     std::size_t bytes() const { return rings.capacity() * sizeof(Ring) + norms.capacity() * sizeof(double); }
 };
 
-/// The stiff rings among those of `vertices`, ascending. @param cells at rest, of the encoding. @throws Cancelled. Cost: linear.
+/// The stiff rings among those of `vertices`, ascending. @param cells at rest, of the encoding. @throws Cancelled.
+/// Cost: linear.
 StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
                             const Execution& execution);
 
