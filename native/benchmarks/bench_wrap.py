@@ -43,8 +43,8 @@ PAIRS = {
 SETS = {"all": tuple(PAIRS), "no face": ("ends", "joints", "trunk"), "ends and joints": ("ends", "joints")}
 BODY = 13380
 COLUMNS = [
-    "pairs", "count", "mean %", "mean of partners %", "with partner %", "largest of partners %", "mean back %",
-    "largest back %", "flipped", "seconds",
+    "pairs", "count", "mean %", "mean of pairs %", "largest of pairs %", "mean back %", "largest back %", "flipped",
+    "seconds",
 ]  # fmt: skip
 
 
@@ -66,12 +66,12 @@ def measure(name, humans):
     found = wrap_calls.wrapped(given)
     seconds = time.perf_counter() - begin
     away = 100.0 * found.distance / given.diagonal
-    near = away[found.has_partner]
+    pairs = 100.0 * np.linalg.norm(found.positions[picked] - man[points], axis=1) / given.diagonal
     back = 100.0 * Surface(found.positions, triangles).nearest(man)[3] / given.diagonal
     flipped = shape_metrics.flipped_triangles(found.positions, given.start(), triangles)
     row = [
-        name, len(picked), float(away.mean()), float(near.mean()), 100.0 * float(found.has_partner.mean()),
-        float(near.max()), float(back.mean()), float(back.max()), flipped, seconds,
+        name, len(picked), float(away.mean()), float(pairs.mean()), float(pairs.max()), float(back.mean()),
+        float(back.max()), flipped, seconds,
     ]  # fmt: skip
     return row, found
 

@@ -17,8 +17,8 @@ from ..core import flips
 
 #: How much all springs together count; of one it is this over their number, so that they give way alike at any
 #: resolution. Each is tried until partners are as close as CLOSE, a share of the diagonal, on average, and taken if it
-#: turns no more triangles over than the one before. Picked pairs count PICKED at least, so that they are met.
-STRENGTHS, PICKED, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 15.0, 5e-4
+#: turns no more triangles over than the one before.
+STRENGTHS, CLOSE = (1.5, 5.0, 15.0, 50.0, 150.0), 5e-4
 #: Of the picked pairs while they alone pose the mesh: then they are met.
 POSING = 1.0
 #: Rounds of closest points at each strength at most, and what a round must gain for another one.
@@ -67,7 +67,7 @@ class Wrap:
         best = None
         for number, strength in enumerate(STRENGTHS):
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
-            springs = np.where(np.isin(given.used, given.picked), max(strength, PICKED), strength) / len(given.used)
+            springs = np.full(len(given.used), strength / len(given.used))
             deformer = yield from self._bind(rest, given.used, springs)
             shape, away = yield from self._rounds(deformer, rest, shape)
             flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))

@@ -244,7 +244,7 @@ void CholeskyFactor<Number>::forward(const PositionsView& right_hand_sides, Inde
 }
 
 template <typename Number>
-void CholeskyFactor<Number>::backward(Eigen::Ref<Positions> solution, Index task, int worker,
+void CholeskyFactor<Number>::backward(Eigen::Ref<Positions>& solution, Index task, int worker,
                                       const Execution& execution, Workspace& workspace) const {
     const FlushDenormals flush;
     const EliminationTask& nodes = analysis_->tasks[task];

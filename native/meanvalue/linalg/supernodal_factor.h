@@ -78,7 +78,7 @@ class CholeskyFactor {
 
     void forward(const PositionsView& right_hand_sides, Index task, int worker, const Execution& execution,
                  Workspace& workspace) const;
-    void backward(Eigen::Ref<Positions> solution, Index task, int worker, const Execution& execution,
+    void backward(Eigen::Ref<Positions>& solution, Index task, int worker, const Execution& execution,
                   Workspace& workspace) const;
 
     /// What does not depend on the values; factors of one pattern share it.
