@@ -10,6 +10,7 @@ SIDEBAR_TAB = "Mean-Value"
 #: Shape keys that the add-on makes.
 BASIS_KEY = "Basis"
 KEPT_KEY = "Kept Pose"
+RIG_POSE_KEY = "Rig Pose"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"
 
@@ -42,6 +43,7 @@ LOOSE_STAY = "stay"
 #: What shows how a mesh bends (`pose_like` of an object's settings).
 LIKE_NOTHING = "NOTHING"
 LIKE_KEYS = "SHAPE_KEYS"
+LIKE_RIG = "RIG"
 
 #: Blender's own limit on names (bytes, without the closing zero).
 NAME_LENGTH = 63

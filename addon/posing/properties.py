@@ -106,6 +106,11 @@ class Settings:
                 "It bends as its shape keys at value 1 do, where these are not muted and neither poses that were kept "
                 "nor made by the add-on",
             ),
+            (
+                ids.LIKE_RIG,
+                "Own Rig",
+                "It bends as its rig bends it, in the poses that Sample Rig Poses keeps as muted shape keys",
+            ),
         ),
         default=ids.LIKE_NOTHING,
         update=tell,

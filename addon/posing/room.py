@@ -18,6 +18,7 @@ from .operators import (
     handles,
     pose,
     region,
+    sample_rig_poses,
     select_problems,
     solve,
 )
@@ -53,6 +54,7 @@ CLASSES = (
     solve.MEANVALUE_OT_solve_from_key,
     region.MEANVALUE_OT_grow_region,
     region.MEANVALUE_OT_paint_region,
+    sample_rig_poses.MEANVALUE_OT_sample_rig_poses,
     copy_system_info.MEANVALUE_OT_copy_system_info,
     *panel.CLASSES,
     *menus.CLASSES,

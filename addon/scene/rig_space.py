@@ -79,7 +79,12 @@ STRAIGHT = 4e-6
 
 def is_there(obj):
     """Whether anything is between the pose's key and what is seen. Cheap enough for each step of a drag."""
-    return bool(_deformers(obj) or sliders(obj))
+    return bool(is_deformed(obj) or sliders(obj))
+
+
+def is_deformed(obj):
+    """Whether modifiers or a parent deform what its keys have."""
+    return bool(_deformers(obj))
 
 
 def looks_at_neighbours(obj):

@@ -117,11 +117,17 @@ def sharing(obj):
 
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
-    names = {ids.MIX_KEY}
+    names = {ids.MIX_KEY, *rig_poses(obj)}
     for each in (obj, *sharing(obj)):
         settings = each.meanvalue
         names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))
     return names
+
+
+def rig_poses(obj):
+    """Names of the muted keys that have poses of the rig, as examples (Pose Like)."""
+    keys = obj.data.shape_keys
+    return [key.name for key in keys.key_blocks if key.name.startswith(ids.RIG_POSE_KEY)] if keys else []
 
 
 def write_positions(mesh, key, shape):

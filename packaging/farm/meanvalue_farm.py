@@ -43,7 +43,7 @@ PARTS = (
     "baking.core.bake_times", "baking.core.chunk_store", "baking.core.point_cache",
 )  # fmt: skip
 PLANNING = (
-    "live.engine", "scene.mesh_arrays", "scene.subject", "baking.bridge.handle_source", "baking.bridge.sampling",
+    "live.engine", "scene.mesh_arrays", "scene.subject", "scene.frames", "baking.bridge.handle_source",
 )  # fmt: skip
 addon = None
 
@@ -136,7 +136,7 @@ def plan_of(scene, obj, numbers, portable):
     triangles = addon.mesh_arrays.triangles(obj.data, bind_input.rest)
     times = addon.bake_times.sample_times(*numbers)
     with addon.engine.held():
-        rows = addon.steps.result_of(addon.sampling.sample(scene, times, lambda: source.row(obj, bind_input)))
+        rows = addon.steps.result_of(addon.frames.visit(scene, times, lambda: source.row(obj, bind_input)))
     for note in source.notes(obj):
         say(f"{obj.name}: {note}")
     return addon.clips.BakePlan(source.clip(bind_input, np.array(rows), portable), times, 1.0), triangles

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...errors import CacheError, CancelledError
-from ...scene import bakeable
+from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
 from ...wording import counted
 from ..core import key_reduction, point_cache
@@ -45,7 +45,7 @@ class Baking:
     def sample(self, find):
         """Generator of the share that is done. find() returns the object. @throws SceneError."""
         scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
-        rows = yield from sampling.sample(scene, self.times, lambda: self._kind.row(find(), bind_input))
+        rows = yield from frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
         if self._kind is handle_source:
             clip, self.notes = handle_source.clip(bind_input, np.array(rows)), tuple(handle_source.notes(find()))
         else:

@@ -7,7 +7,7 @@ import numpy as np
 from ...errors import SceneError
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
-from ...scene import actions, rig_space
+from ...scene import actions, frames, rig_space
 from .clips import HandleClip
 
 
@@ -45,17 +45,7 @@ def notes(obj):
 
 def animated(obj):
     """The datablocks that move the handles: the object, the controls, and what these hang on or follow."""
-    found, ahead = [], [obj, *(handle.control for handle in _with_controls(obj))]
-    while ahead:
-        each = ahead.pop()
-        if each is None or each in found:
-            continue
-        found.append(each)
-        constraints = list(each.constraints)
-        if each.pose is not None:
-            constraints += [constraint for bone in each.pose.bones for constraint in bone.constraints]
-        ahead += [each.parent, *(getattr(constraint, "target", None) for constraint in constraints)]
-    return found
+    return frames.movers([obj, *(handle.control for handle in _with_controls(obj))])
 
 
 def _with_controls(obj):

@@ -8,7 +8,7 @@ import bpy
 from ... import compat, ids, wording
 from ...scene import actions, bakeable, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
-from ..core import bake_times
+from ...scene.core import sample_times
 
 
 def play_cache(obj, path, header):
@@ -163,5 +163,5 @@ def _remove_keys(obj, names):
 
 def _key_name(prefix, time):
     """ "Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
-    whole, dot, part = bake_times.named(abs(time)).partition(".")
+    whole, dot, part = sample_times.named(abs(time)).partition(".")
     return f"{prefix} {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"

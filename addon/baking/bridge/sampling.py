@@ -1,13 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which frames are baked, and going through them: every one is evaluated, and read then."""
+"""Which frames are baked."""
 
-import math
-
-import bpy
-
-from ... import compat
-from ...errors import SceneError
-from ...scene import bakeable
+from ...scene import bakeable, frames
 from ..core import bake_times
 from . import handle_source
 
@@ -18,63 +12,5 @@ def times_of(scene, obj, options):
     if options.frame_range == 'SCENE':
         first, last = scene.frame_start, scene.frame_end
     elif options.frame_range == 'ANIMATION':
-        first, last = animated_range(scene, obj)
+        first, last = frames.moved_range(scene, (bakeable.of(obj) or handle_source).animated(obj))
     return bake_times.sample_times(first, last, options.step, options.samples)
-
-
-def animated_range(scene, obj):
-    """(first, last) frame of the scene's range at which a keyframe moves what is baked of `obj`.
-
-    The whole range where that is more than keyframes tell: drivers, physics, F-curves that go on by a modifier.
-    """
-    whole = scene.frame_start, scene.frame_end
-    ranges = []
-    for each in (bakeable.of(obj) or handle_source).animated(obj):
-        animation = each.animation_data
-        if getattr(each, "rigid_body", None) is not None or (animation is not None and len(animation.drivers)):
-            return whole
-        if animation is None:
-            continue
-        curves = list(compat.curves_to_read(each) or ())
-        if any(len(curve.modifiers) for curve in curves):
-            return whole
-        ranges += [curve.range() for curve in curves]
-        strips = [strip for track in animation.nla_tracks if not track.mute for strip in track.strips]
-        ranges += [(strip.frame_start, strip.frame_end) for strip in strips]
-    if not ranges:
-        return whole
-    first = max(whole[0], math.floor(min(begin for begin, _end in ranges)))
-    last = min(whole[1], math.ceil(max(end for _begin, end in ranges)))
-    return (first, last) if first <= last else whole
-
-
-def sample(scene, times, read):
-    """Generator that calls read() at every frame and yields the share that is done. Returns what read() returned.
-
-    Frames are visited in their order, as physics needs it, and the frame that was current is current again in the end,
-    come what may. @throws SceneError, with the frame.
-    """
-    name, former, is_closed = scene.name, (scene.frame_current, scene.frame_subframe), False
-    rows = []
-    try:
-        for frame in times:
-            scene = bpy.data.scenes.get(name)
-            if scene is None:
-                raise SceneError(f"The scene '{name}' is gone. Bake again")
-            whole = math.floor(frame)
-            scene.frame_set(whole, subframe=float(frame - whole))
-            try:
-                rows.append(read())
-            except SceneError as error:
-                raise SceneError(f"At frame {bake_times.named(frame)}: {error}") from error
-            yield len(rows) / len(times)
-    except GeneratorExit:
-        is_closed = True
-        raise
-    finally:
-        scene = bpy.data.scenes.get(name)
-        if scene is not None and is_closed:  # perhaps Blender closes the file: nothing may be evaluated any more
-            scene.frame_current, scene.frame_subframe = former
-        elif scene is not None:
-            scene.frame_set(former[0], subframe=former[1])
-    return rows

@@ -5,6 +5,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
+from ...scene.core.sample_times import named
 
 #: Frames that are named in a message.
 MOST_NAMES = 8
@@ -16,11 +17,6 @@ def sample_times(start, end, step=1, samples=1):
         raise SceneError(f"The range ends before it begins (frames {start} to {end}). Exchange Start and End")
     count = (end - start) * samples // step + 1
     return start + np.arange(count) * step / samples
-
-
-def named(time):
-    """A frame as names and messages show it: "12", "12.5"."""
-    return f"{time:.3f}".rstrip("0").rstrip(".") if time % 1 else f"{time:.0f}"
 
 
 def notes(times, problems):

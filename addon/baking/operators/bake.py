@@ -9,7 +9,7 @@ from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...posing.bridge import scene_input
 from ...scene import bakeable, subject
-from ...scene.core import whole_files
+from ...scene.core import sample_times, whole_files
 from ...widgets.background import BackgroundOperator
 from .. import properties
 from ..bridge import playing, preparing, sampling
@@ -135,5 +135,5 @@ def _play(obj, prepared):
         header = prepared.plan.header
         yield from playing.play_cache(obj, prepared.shown_path, header)
         made = f"'{prepared.shown_path}' ({whole_files.in_bytes(header.bytes)})"
-    first, last = (bake_times.named(prepared.times[row]) for row in (0, -1))
+    first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
     obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"

@@ -11,20 +11,24 @@ from ..core.key_examples import KeyExamples
 def keys(obj):
     """((name, relative key, vertex group), ...) as of KeyExamples; empty where nothing is posed like them.
 
-    Without muted keys, what the add-on itself writes, and poses that were kept, as long as they have their first name.
-    Cheap enough for drawing.
+    Own Shape Keys are without muted keys, what the add-on itself writes, and poses that were kept, as long as they have
+    their first name. Cheap enough for drawing.
     """
-    found = obj.data.shape_keys
-    if obj.meanvalue.pose_like != ids.LIKE_KEYS or found is None:
+    found, like = obj.data.shape_keys, obj.meanvalue.pose_like
+    if like == ids.LIKE_NOTHING or found is None:
         return ()
-    made = shape_keys.made_names(obj)
+    poses, made = shape_keys.rig_poses(obj), shape_keys.made_names(obj)
+
+    def is_example(key):
+        if like == ids.LIKE_RIG:
+            return key.name in poses
+        is_own = made.isdisjoint((key.name, key.relative_key.name)) and not key.name.startswith(ids.KEPT_KEY)
+        return is_own and not key.mute
+
     return tuple(
         (key.name, key.relative_key.name, key.vertex_group)
         for key in found.key_blocks
-        if key != found.reference_key
-        and not key.mute
-        and made.isdisjoint((key.name, key.relative_key.name))
-        and not key.name.startswith(ids.KEPT_KEY)
+        if key != found.reference_key and is_example(key)
     )
 
 
@@ -38,7 +42,8 @@ def gather(obj, rest, weights):
 
     rest: n x 3 float32; weights: {vertex group: n float64} of at least groups()
     """
-    if obj.meanvalue.pose_like != ids.LIKE_KEYS:
+    like = obj.meanvalue.pose_like
+    if like == ids.LIKE_NOTHING:
         return None
     if obj.meanvalue.method != ids.METHOD_FAST:
         raise SceneError("Pose Like needs the method Fast. Choose it in Advanced, or choose Nothing in Pose Like")
@@ -48,6 +53,11 @@ def gather(obj, rest, weights):
     points = {name: _points(obj, name) for name in dict.fromkeys(name for key in used for name in key[:2])}
     masks = {group: weights[group] for _name, _relative, group in used if group in weights}
     found = KeyExamples(keys=used, rest=rest, points=points, masks=masks)
+    if not found.names and like == ids.LIKE_RIG:
+        raise SceneError(
+            f"No poses of the rig of '{obj.name}' are sampled. Press Sample Rig Poses, or choose Nothing in Advanced > "
+            "Pose Like"
+        )
     if not found.names:
         raise SceneError(
             f"'{obj.name}' has no shape key that shows how it bends. Add one in which it is bent, and see that it is "

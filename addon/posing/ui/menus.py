@@ -59,7 +59,9 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
         solve = ("meanvalue.bind", "meanvalue.solve", "meanvalue.solve_from_key")
         menus.draw_operators(self.layout, (None, *solve, None))
-        menus.draw_operators(self.layout, ("meanvalue.select_problems", "meanvalue.copy_system_info"))
+        menus.draw_operators(
+            self.layout, ("meanvalue.sample_rig_poses", "meanvalue.select_problems", "meanvalue.copy_system_info")
+        )
 
 
 class MEANVALUE_MT_object(bpy.types.Menu):

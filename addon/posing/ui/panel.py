@@ -158,9 +158,11 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
         layout.prop(settings, "pose_like")
+        if settings.pose_like == ids.LIKE_RIG:
+            layout.operator("meanvalue.sample_rig_poses", icon='ARMATURE_DATA')
         count = scene_input.example_count(subject.of(context))
         if count is not None:
-            layout.label(text=wording.counted(count, "example"))
+            layout.label(text=f"{wording.counted(count, 'example')}: a frame takes about twice as long")
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
         layout.prop(settings, "result_key")

@@ -24,6 +24,7 @@ from ...baking.bridge import handle_source, sampling
 from ...capture.bridge import marker_matching, match_input
 from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
+from ...scene import frames
 from ...scene.core import motion
 from ..core import marked_face
 
@@ -59,7 +60,7 @@ class HandleAnchors:
             obj = find()
             return handle_source.row(obj, self._bind_input), np.array(obj.matrix_basis, np.float64)
 
-        read_rows = yield from sampling.sample(bpy.data.scenes[self._scene_name], self.frames, read)
+        read_rows = yield from frames.visit(bpy.data.scenes[self._scene_name], self.frames, read)
         rows, bases = (np.array(part) for part in zip(*read_rows, strict=True))
         numbers = self._bind_input.handles
         self.weights = rows[..., 3] / np.bincount(numbers)[numbers]  # each handle counts the same
@@ -89,7 +90,7 @@ class MarkerAnchors:
             return match_input.read(find()), np.array(find().matrix_basis, np.float64)
 
         scene = bpy.data.scenes[self._scene_name]
-        ((given, base),) = yield from sampling.sample(scene, [self._reference], read)
+        ((given, base),) = yield from frames.visit(scene, [self._reference], read)
         align = 'NONE' if given.options.align == 'NONE' else 'PICKED'  # Automatic is for bodies
         of_face = SimpleNamespace(**{**vars(given.options), **OF_FACES, "align": align})
         matched = marker_matching.find(replace(given, options=of_face))
@@ -123,14 +124,14 @@ def _told_of(matched, path, picked):
     return used, notes
 
 
-def _within(scene, options, frames):
-    """(f,) bool: the samples in the range that is chosen. @throws SceneError."""
+def _within(scene, options, times):
+    """(f,) bool: the samples, at `times`, in the range that is chosen. @throws SceneError."""
     first, last = {
         'ANIMATION': (-np.inf, np.inf),
         'SCENE': (scene.frame_start, scene.frame_end),
         'OWN': (options.frame_start, options.frame_end),
     }[options.frame_range]
-    within = (frames >= first) & (frames <= last)
+    within = (times >= first) & (times <= last)
     if not within.any():
         raise SceneError(f"The take has no sample from frame {first} to {last}. Choose another Range")
     return within

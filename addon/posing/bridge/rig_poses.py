@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Poses of a mesh's own rig as examples of how it bends: muted shape keys, for the artist to see, edit and delete."""
+
+import bpy
+import numpy as np
+
+from ... import ids
+from ...errors import SceneError
+from ...scene import frames, rig_space, shape_keys
+from ...scene.core import fixed_points, sample_times
+from ..core import far_poses
+
+#: Frames that are looked at, and vertices by which poses are compared: spread evenly where there are more.
+MOST_FRAMES, MOST_VERTICES = 250, 2000
+
+#: Of the mesh's size: poses nearer to each other are one.
+SAME_POSE = 2e-3
+
+
+def problem(obj):
+    """Why no poses can be sampled, in words, or None. Cheap enough for drawing."""
+    if not rig_space.is_deformed(obj):
+        return f"'{obj.name}' follows no rig. Give it an Armature or another modifier that deforms it"
+    keys = obj.data.shape_keys
+    return shape_keys.ABSOLUTE if keys is not None and not keys.use_relative else None
+
+
+class RigPoses:
+    """Samples one object, in place of a Posing for widgets/background.py."""
+
+    def __init__(self, obj, scene, most):
+        """most: how many poses are wanted. @throws SceneError."""
+        self._most, self._scene_name = most, scene.name
+        self._rest = shape_keys.rest_positions(obj.data).astype(np.float64)
+        first, last = frames.moved_range(scene, frames.movers([obj, *_rigs(obj)]))
+        count = min(last - first + 1, MOST_FRAMES)
+        self._times = np.unique(np.linspace(first, last, count).round())
+        self._found = []  # frames, and n x 3 float32 of each
+
+    def sample(self, find):
+        """Generator of the share that is done. find() returns the object. @throws SceneError."""
+        scene = bpy.data.scenes[self._scene_name]
+        rows = slice(None, None, -(-len(self._rest) // MOST_VERTICES))
+        poses = yield from frames.visit(scene, self._times, lambda: self._seen(find())[rows])
+        least = SAME_POSE * fixed_points.bounding_box_diagonal(self._rest)
+        chosen = self._times[far_poses.differing(self._rest[rows], np.array(poses), self._most, least)]
+        if not len(chosen):
+            first, last = (sample_times.named(self._times[row]) for row in (0, -1))
+            raise SceneError(
+                f"'{find().name}' keeps its shape from frame {first} to {last}, so there is no pose to sample. Animate "
+                "its rig within the range of the scene"
+            )
+        shapes = yield from frames.visit(scene, chosen, lambda: self._seen(find()).astype(np.float32))
+        self._found = list(zip(chosen, shapes, strict=True))
+
+    def _seen(self, obj):
+        """n x 3 float64: what the rig makes of the rest shape. @throws SceneError."""
+        with rig_space.evaluating(obj) as evaluate:
+            shape = evaluate(self._rest)
+        if shape.shape != self._rest.shape:
+            raise SceneError(
+                f"{rig_space.named(obj)} shows {len(shape):,} vertices of {len(self._rest):,}. Turn off in the "
+                "viewport what makes or merges vertices, and sample again"
+            )
+        if not np.isfinite(shape).all():
+            raise SceneError(f"{rig_space.named(obj)} puts vertices of '{obj.name}' at places that are not numbers")
+        return shape
+
+    def work(self, _execution):
+        """Nothing is solved."""
+        return
+        yield  # a generator of native tasks, none of them
+
+    def require_unchanged(self, obj, _reading):
+        """@throws SceneError if the mesh is another one by now."""
+        if not np.array_equal(shape_keys.rest_positions(obj.data), self._rest.astype(np.float32)):
+            raise SceneError(f"'{obj.name}' was changed while it was sampled, so the poses are dropped. Try again")
+
+    def write(self, obj):
+        """Muted shape keys in place of those of before. Returns their names."""
+        shape_keys.remove(obj, shape_keys.rig_poses(obj))
+        names = []
+        for frame, shape in self._found:
+            key = shape_keys.add_shape(obj, f"{ids.RIG_POSE_KEY} {sample_times.named(frame)}", shape)
+            key.mute = True
+            names.append(key.name)
+        obj.meanvalue.pose_like = ids.LIKE_RIG
+        return names
+
+
+def _rigs(obj):
+    """The objects by which modifiers deform `obj`."""
+    targets = (getattr(modifier, "object", None) for modifier in obj.modifiers)
+    return [target for target in targets if target is not None]
