@@ -11,6 +11,7 @@ SIDEBAR_TAB = "Mean-Value"
 BASIS_KEY = "Basis"
 KEPT_KEY = "Kept Pose"
 RIG_POSE_KEY = "Rig Pose"
+CORRECTIVE_KEY = "Corrective"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"
 

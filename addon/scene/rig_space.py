@@ -87,6 +87,12 @@ def is_deformed(obj):
     return bool(_deformers(obj))
 
 
+def armature(obj):
+    """The armature that moves `obj`, or None."""
+    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
+    return next((rig for rig in (*rigs, obj.parent) if rig is not None and rig.type == 'ARMATURE'), None)
+
+
 def looks_at_neighbours(obj):
     """Whether where a vertex is seen may depend on where the key has others."""
     return any(each.type in NEIGHBOURLY for each in _deformers(obj))

@@ -117,7 +117,7 @@ def sharing(obj):
 
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
-    names = {ids.MIX_KEY, *rig_poses(obj)}
+    names = {ids.MIX_KEY, ids.CORRECTIVE_KEY, *rig_poses(obj)}
     for each in (obj, *sharing(obj)):
         settings = each.meanvalue
         names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))

@@ -4,9 +4,11 @@
 import bpy
 
 from .. import wording
-from ..scene import subject
+from ..scene import rig_space, subject
 from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
 from .bridge import driven_keys, key_shapes
+from .bridge.head_motion import ON_BONE
+from .operators.add_corrective import MEANVALUE_OT_add_corrective
 from .operators.bake_values import MEANVALUE_OT_bake_values
 from .operators.import_values import MEANVALUE_OT_import_values
 
@@ -24,12 +26,17 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
         problem = key_shapes.problem(obj) if driven_keys.is_on(obj) else None
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
+        if driven_keys.is_on(obj):
+            layout.operator(MEANVALUE_OT_add_corrective.bl_idname, icon='SHAPEKEY_DATA')
         layout.operator(MEANVALUE_OT_import_values.bl_idname, icon='IMPORT')
         settings = obj.meanvalue.bake_values
         layout.prop(settings, "source")
         if settings.source == 'MARKERS':
             draw_wrapped(layout, context, "Take, Reference Frame and picked points are those of Motion Capture")
         layout.prop(settings, "head_motion")
+        rig = rig_space.armature(obj) if settings.head_motion == ON_BONE else None
+        if rig is not None:
+            layout.prop_search(settings, "bone", rig.pose, "bones")
         column = layout.column(align=True)
         column.prop(settings, "frame_range")
         if settings.frame_range == 'OWN':

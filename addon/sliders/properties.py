@@ -2,12 +2,13 @@
 """How values of shape keys are baked: `object.meanvalue.bake_values`; what handles drive: `object.meanvalue.drive`."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
+from .. import ids
 from ..baking import properties as baking
 from ..scene.declarations import aside
 from .bridge import driven_keys
-from .bridge.value_baking import DROPPED, ON_OBJECT, STILL
+from .bridge.head_motion import DROPPED, ON_BONE, ON_OBJECT, STILL
 
 #: What is usual: markers are on a head that moves, handles on one that does not.
 USUAL_MOTION = {'HANDLES': STILL, 'MARKERS': ON_OBJECT}
@@ -37,11 +38,13 @@ OPTIONS = {
         description="What becomes of the motion of the whole",
         items=(
             (ON_OBJECT, "On the Object", "Keyframes of the object's location and rotation"),
+            (ON_BONE, "On a Bone", "Keyframes of a bone of its armature, which carries the mesh"),
             (DROPPED, "Dropped", "Found, and left out: the head stays where it is"),
             (STILL, "None", "The head stands still, and whatever moves is the face"),
         ),
         default=STILL,
     ),
+    "bone": StringProperty(name="Bone", description="Bone that carries the head", maxlen=ids.NAME_LENGTH),
     "tolerance": FloatProperty(
         name="Tolerance",
         description="As few keyframes are made as keep every value within this; at 0 one for each frame",

@@ -11,7 +11,7 @@ from ..widgets import menus
 from . import panel
 from .bridge import driven_keys
 from .bridge.key_follower import KeyFollower
-from .operators import bake_values, import_values
+from .operators import add_corrective, bake_values, import_values
 from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 
 #: Of the guide, see addon/manual.py.
@@ -24,6 +24,7 @@ class MEANVALUE_MT_sliders(menus.OperatorMenu, bpy.types.Menu):
     bl_idname = "MEANVALUE_MT_sliders"
     bl_label = "Shape Key Values"
     operators = (
+        add_corrective.MEANVALUE_OT_add_corrective,
         import_values.MEANVALUE_OT_import_values,
         bake_values.MEANVALUE_OT_bake_values,
     )

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import faces, marked_face, meshes, steps, take_files
+from support import armatures, faces, marked_face, meshes, steps, take_files
 
 FRAMES = np.arange(1, 61)
 HEAD = {"source": 'MARKERS'}
@@ -69,6 +69,39 @@ def test_the_head_s_motion_goes_onto_the_object_or_is_dropped(face, tmp_path):
             wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
             assert np.abs(seen - wanted).max() < 0.002, (mode, frame)
         assert np.allclose(face.scale, 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("is_skinned", [False, True])
+def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, is_skinned):
+    rig = armatures.make(Neck=((0.0, 0.0, -0.3), (0.0, 0.0, -0.1)), Head=((0.0, 0.0, -0.1), (0.0, 0.1, 0.1), "Neck"))
+    rig.location, rig.rotation_euler = (0.3, -0.2, 0.1), (0.2, 0.4, -0.3)
+    bpy.context.view_layer.update()
+    if is_skinned:
+        steps.add_weights(face, "Head", np.ones(len(face.data.vertices)))
+        face.modifiers.new("Armature", 'ARMATURE').object = rig
+    else:
+        world = face.matrix_world.copy()
+        face.parent, face.parent_type, face.parent_bone = rig, 'BONE', "Head"
+        face.matrix_world = world
+    meshes.activate(face)
+    truth = with_take(face, tmp_path)
+    with pytest.raises(RuntimeError, match="has no bone 'Jaw'"):
+        bake(head_motion='BONE', bone="Jaw", **HEAD)
+    for mode in ('QUATERNION', 'XYZ', 'AXIS_ANGLE'):
+        bpy.context.scene.frame_set(1)
+        rig.pose.bones["Head"].rotation_mode = mode
+        assert bake(head_motion='BONE', bone="Head", replace=True, tolerance=0.0, **HEAD) == {'FINISHED'}
+        assert face.animation_data is None
+        for frame in (1, 16, 47):
+            bpy.context.scene.frame_set(frame)
+            evaluated = np.array(face.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
+            seen = meshes.seen(face) @ evaluated[:3, :3].T + evaluated[:3, 3]
+            turn = faces.head_motion(60)[frame - 1]
+            wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
+            assert np.abs(seen - wanted).max() < 0.002, (mode, frame)
+    face.data.shape_keys.animation_data_clear()
+    with pytest.raises(RuntimeError, match="of 'Head' is animated already"):
+        bake(head_motion='BONE', bone="Head", **HEAD)
 
 
 def test_markers_that_tell_nothing_are_named_and_left_out(face, tmp_path, capfd):

@@ -141,6 +141,31 @@ def test_grab_drags_the_sliders_and_nothing_is_lost_on_the_way_back(face):
     assert 0.3 < values(obj)["Up L"] < 0.8
 
 
+def test_a_corrective_has_what_the_sliders_do_not_reach(face):
+    obj, control = face
+    group, before = obj.vertex_groups["Left"], values(obj)
+    with steps.refused("nothing left for a corrective"):
+        bpy.ops.meanvalue.add_corrective()
+    move(control, z=0.4, y=0.6)
+    control.rotation_euler.z = 0.5
+    bpy.context.view_layer.update()
+    wanted, driven = np.array(control.matrix_world.translation), values(obj)
+    assert np.linalg.norm(meshes.seen(obj)[LEFT].mean(axis=0) - wanted) > 0.4
+    for _ in range(2):  # the second time changes nothing
+        assert bpy.ops.meanvalue.add_corrective() == {'FINISHED'}
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(meshes.seen(obj)[LEFT].mean(axis=0), wanted, atol=1e-3)
+        np.testing.assert_allclose(meshes.seen(obj)[CORNERS], steps.key_positions(obj, "Basis")[CORNERS], atol=1e-3)
+        found = values(obj)
+        assert found.pop("Corrective") == 1.0
+        np.testing.assert_allclose(list(found.values()), list(driven.values()), atol=1e-5)
+    assert group.name in obj.vertex_groups and before.keys() == driven.keys()
+    move(control, z=0.3)
+    assert values(obj)["Up L"] > driven["Up L"] + 0.1 and values(obj)["Corrective"] == 1.0
+    obj.meanvalue.drive = 'SHAPE'
+    assert not bpy.ops.meanvalue.add_corrective.poll()
+
+
 def test_undo_and_reloading_end_with_the_same_values(face, tmp_path):
     obj, control = face
     name = obj.name

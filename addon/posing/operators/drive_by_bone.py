@@ -5,7 +5,7 @@ import bpy
 
 from ... import ids
 from ...errors import SceneError
-from ...scene import shape_keys, subject
+from ...scene import rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 
 AXES = "XYZ"
@@ -44,24 +44,24 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         problem = super().problem(obj)
         if problem is None and shape_keys.kept(obj) is None:
             problem = "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
-        if problem is None and _armature(obj) is None:
+        if problem is None and rig_space.armature(obj) is None:
             problem = f"'{obj.name}' follows no armature, whose bones could drive the pose"
         return problem
 
     def invoke(self, context, _event):
         obj = subject.of(context)
-        self._fill_in(_armature(obj))
+        self._fill_in(rig_space.armature(obj))
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        layout.prop_search(self, "bone", _armature(subject.of(context)).pose, "bones")
+        layout.prop_search(self, "bone", rig_space.armature(subject.of(context)).pose, "bones")
         layout.prop(self, "axis")
         layout.prop(self, "angle")
 
     def run(self, obj):
-        rig, key = _armature(obj), shape_keys.kept(obj)
+        rig, key = rig_space.armature(obj), shape_keys.kept(obj)
         self._fill_in(rig)
         if self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
@@ -87,12 +87,6 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             self.axis = AXES[max(range(3), key=lambda axis: abs(angles[axis]))]
         if not given("angle"):
             self.angle = angles[AXES.index(self.axis)]
-
-
-def _armature(obj):
-    """The armature that moves `obj`, or None."""
-    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
-    return next((rig for rig in (*rigs, obj.parent) if rig is not None and rig.type == 'ARMATURE'), None)
 
 
 def _angles(rig, bone):

@@ -9,7 +9,7 @@ offsets  (k, 3) float64 from the vertices at rest to what is followed, which go 
 frames   (f,) float64 of the scene
 targets  (f, k, 3) float64 in the object's space, NaN where one is missing
 weights  (f, k) float64, 0 to 1, or None
-bases    (f, 4, 4) float64: the object's own transform, in which the head moves
+pairs    (f, 2, 4, 4) float64: in what the head moves, as of head_motion
 notes    sentences
 """
 
@@ -27,6 +27,7 @@ from ...posing.bridge import scene_input, targets
 from ...scene import frames
 from ...scene.core import motion
 from ..core import marked_face
+from . import head_motion
 
 #: Fewer leave open how the head is turned.
 LEAST_MARKERS = 3
@@ -45,7 +46,7 @@ class HandleAnchors:
     def __init__(self, obj, scene, options, reading):
         """@throws SceneError, StaleBindingError."""
         self._bind_input = handle_source.bind(obj, reading).bind_input
-        self._scene_name = scene.name
+        self._scene_name, self._options = scene.name, options
         handles = targets.enabled_handles(obj)
         self.names = [handles[number].name for number in self._bind_input.handles]
         self.anchors = self._bind_input.anchors
@@ -58,13 +59,13 @@ class HandleAnchors:
 
         def read():
             obj = find()
-            return handle_source.row(obj, self._bind_input), np.array(obj.matrix_basis, np.float64)
+            return handle_source.row(obj, self._bind_input), head_motion.pair(obj, self._options)
 
         read_rows = yield from frames.visit(bpy.data.scenes[self._scene_name], self.frames, read)
-        rows, bases = (np.array(part) for part in zip(*read_rows, strict=True))
+        rows, pairs = (np.array(part) for part in zip(*read_rows, strict=True))
         numbers = self._bind_input.handles
         self.weights = rows[..., 3] / np.bincount(numbers)[numbers]  # each handle counts the same
-        self.targets, self.bases = rows[..., :3], bases
+        self.targets, self.pairs = rows[..., :3], pairs
 
 
 class MarkerAnchors:
@@ -87,10 +88,10 @@ class MarkerAnchors:
         """As of HandleAnchors. The object counts as it is in the reference frame, so that it may be baked again."""
 
         def read():
-            return match_input.read(find()), np.array(find().matrix_basis, np.float64)
+            return match_input.read(find()), head_motion.pair(find(), self._options)
 
         scene = bpy.data.scenes[self._scene_name]
-        ((given, base),) = yield from frames.visit(scene, [self._reference], read)
+        ((given, pair),) = yield from frames.visit(scene, [self._reference], read)
         align = 'NONE' if given.options.align == 'NONE' else 'PICKED'  # Automatic is for bodies
         of_face = SimpleNamespace(**{**vars(given.options), **OF_FACES, "align": align})
         matched = marker_matching.find(replace(given, options=of_face))
@@ -102,7 +103,7 @@ class MarkerAnchors:
         self.names = [matched.names[number] for number in used]
         self.anchors, self.offsets = matched.vertices[used], matched.offsets[used]
         self.frames, self.targets = recording.frames[within], path[within][:, used]
-        self.bases = np.broadcast_to(base, (len(self.frames), 4, 4))
+        self.pairs = np.broadcast_to(pair, (len(self.frames), 2, 4, 4))
 
 
 def _told_of(matched, path, picked):

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from ... import ids
 from ...errors import SceneError
 from ...scene import shape_keys
 from . import key_shapes
@@ -15,8 +16,11 @@ def is_on(obj):
 
 
 def names(obj):
-    """Of the shape keys that show the pose; none where the result does."""
-    return [slider.name for slider in key_shapes.sorted_out(obj)[0]] if is_on(obj) else []
+    """Of the shape keys that show the pose, the corrective among them; none where the result does."""
+    if not is_on(obj):
+        return []
+    driven, keys = [slider.name for slider in key_shapes.sorted_out(obj)[0]], obj.data.shape_keys
+    return [*driven, ids.CORRECTIVE_KEY] if keys is not None and ids.CORRECTIVE_KEY in keys.key_blocks else driven
 
 
 def positions(obj):

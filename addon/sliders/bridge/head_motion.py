@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motion of the whole head as keys of the object's location and rotation."""
+"""The motion of the whole head as keys of location and rotation, of the object or of a bone of its armature.
 
+What carries the head has a transform of its own, which becomes `left @ motion @ right` where the head moves by a motion
+in the object's space: a pair of matrices.
+"""
+
+import bpy
 import numpy as np
 from mathutils import Matrix
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions
+from ...scene import actions, rig_space
+
+#: What becomes of the motion of the whole.
+ON_OBJECT, ON_BONE, DROPPED, STILL = 'OBJECT', 'BONE', 'DROPPED', 'STILL'
 
 #: How unequal the scales of an object may be.
 EVEN = 1e-3
@@ -14,36 +22,76 @@ EVEN = 1e-3
 ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
 
 
-def require_room(obj, replace):
-    """@throws SceneError if the object can't take the motion, or would lose its own."""
+def require_room(obj, options):
+    """@throws SceneError if what carries the head can't take the motion, or would lose its own."""
+    if options.head_motion not in (ON_OBJECT, ON_BONE):
+        return
     scales = np.abs(obj.scale)
     if scales.min() < (1.0 - EVEN) * scales.max():
         raise SceneError(
             f"'{obj.name}' is scaled unevenly, so it can't turn as the head does. Apply the scale (Ctrl A), or choose "
             "another Head Motion"
         )
-    names = [path for path in _paths(obj) if any(len(actions.read_keys(obj, path, index)[0]) for index in range(3))]
-    if names and not replace:
-        words = wording.listed("location" if name == "location" else "rotation" for name in names)
+    owner, carrier = _carrier(obj, options)
+    names = [
+        name
+        for name, path in zip(("location", "rotation"), _paths(carrier), strict=True)
+        if any(len(actions.read_keys(owner, path, index)[0]) for index in range(3))
+    ]
+    if names and not options.replace:
         raise SceneError(
-            f"The {words} of '{obj.name}' is animated already. Turn on Replace to write over that, or choose another "
-            "Head Motion"
+            f"The {wording.listed(names)} of '{carrier.name}' is animated already. Turn on Replace to write over that, "
+            "or choose another Head Motion"
         )
 
 
-def write(obj, frames, bases, transforms):
-    """Keys at `frames` (f,): the object's own transforms `bases` (f, 4, 4), and in them the rigid ones of the head."""
-    location_path, rotation_path = _paths(obj)
-    former = obj.location.copy(), tuple(getattr(obj, rotation_path)), obj.scale.copy()
+def pair(obj, options):
+    """(2, 4, 4) float64: the matrices left and right of the motion, as things are now. @throws SceneError."""
+    owner, carrier = _carrier(obj, options)
+    own = np.array(carrier.matrix_basis, np.float64)
+    if owner == carrier:
+        return np.array([own, np.eye(4)])
+    world = np.array(obj.matrix_world, np.float64), np.array(owner.matrix_world, np.float64)
+    unposed = world[1] @ np.array(carrier.matrix, np.float64) @ np.linalg.inv(own)
+    seen_by_head = np.linalg.inv(world[0]) @ unposed
+    return np.array([np.linalg.inv(seen_by_head), seen_by_head @ own])
+
+
+def write(obj, options, frames, pairs, motions):
+    """Keys at `frames` (f,): pairs (f, 2, 4, 4), and the rigid motions of the head (f, 4, 4). Returns notes."""
+    owner, carrier = _carrier(obj, options)
+    rotation_name = _rotation(carrier)
+    former = carrier.location.copy(), tuple(getattr(carrier, rotation_name)), carrier.scale.copy()
     locations, rotations = [], []
-    for base, transform in zip(bases, transforms, strict=True):
-        obj.matrix_basis = Matrix(base @ transform)  # Blender minds rotation modes and delta transforms
-        locations.append(obj.location.copy())
-        rotations.append(_turned_on(getattr(obj, rotation_path), rotations[-1] if rotations else None))
-    obj.location, obj.scale = former[0], former[2]
-    setattr(obj, rotation_path, former[1])
-    actions.write_vector(obj, location_path, frames, np.array(locations))
-    actions.write_vector(obj, rotation_path, frames, np.array(rotations))
+    for (left, right), motion in zip(pairs, motions, strict=True):
+        carrier.matrix_basis = Matrix(left @ motion @ right)  # Blender minds rotation modes and delta transforms
+        locations.append(carrier.location.copy())
+        rotations.append(_turned_on(getattr(carrier, rotation_name), rotations[-1] if rotations else None))
+    carrier.location, carrier.scale = former[0], former[2]
+    setattr(carrier, rotation_name, former[1])
+    for path, values in zip(_paths(carrier), (locations, rotations), strict=True):
+        actions.write_vector(owner, path, frames, np.array(values))
+    if owner != carrier and carrier.bone.use_connect:
+        return [f"Bone '{carrier.name}' is connected to its parent, so it turns as the head does and stays in place"]
+    return []
+
+
+def _carrier(obj, options):
+    """(what is keyed, what has location and rotation): the object twice, or its armature and a bone of that.
+
+    @throws SceneError.
+    """
+    if options.head_motion != ON_BONE:
+        return obj, obj
+    rig = rig_space.armature(obj)
+    if rig is None:
+        raise SceneError(f"'{obj.name}' follows no armature, so no bone moves it. Choose another Head Motion")
+    if rig.library is not None or rig.override_library is not None:
+        raise SceneError(f"'{rig.name}' is linked from another file. Make it local, or choose another Head Motion")
+    bone = rig.pose.bones.get(options.bone)
+    if bone is None:
+        raise SceneError(f"'{rig.name}' has no bone '{options.bone}'. Choose the bone of the head in Bone")
+    return rig, bone
 
 
 def _turned_on(rotation, last):
@@ -56,5 +104,12 @@ def _turned_on(rotation, last):
     return turned
 
 
-def _paths(obj):
-    return "location", ROTATIONS.get(obj.rotation_mode, "rotation_euler")
+def _rotation(carrier):
+    return ROTATIONS.get(carrier.rotation_mode, "rotation_euler")
+
+
+def _paths(carrier):
+    """From what is keyed to location and rotation."""
+    is_bone = isinstance(carrier, bpy.types.PoseBone)
+    start = f'pose.bones["{bpy.utils.escape_identifier(carrier.name)}"].' if is_bone else ""
+    return f"{start}location", f"{start}{_rotation(carrier)}"

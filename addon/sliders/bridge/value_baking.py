@@ -15,9 +15,6 @@ from .anchor_sources import HandleAnchors, MarkerAnchors
 
 SOURCES = {'HANDLES': HandleAnchors, 'MARKERS': MarkerAnchors}
 
-#: What becomes of the motion of the whole.
-ON_OBJECT, DROPPED, STILL = 'OBJECT', 'DROPPED', 'STILL'
-
 #: Targets that were not followed are told of from this distance on, as a share of the size of the mesh.
 TOLD = 0.002
 
@@ -39,8 +36,7 @@ class ValueBaking:
 
     def _require_room(self, obj):
         value_curves.require_room(obj, self.shapes.names, self.options.replace)
-        if self.options.head_motion == ON_OBJECT:
-            head_motion.require_room(obj, self.options.replace)
+        head_motion.require_room(obj, self.options)
 
     def work(self, execution):
         """Steps (see solver/job.py) to the native SliderValues of all frames. @throws SolverError, CancelledError."""
@@ -55,7 +51,7 @@ class ValueBaking:
             places,
             lower=self.shapes.lower,
             upper=self.shapes.upper,
-            can_move=self.options.head_motion != STILL,
+            can_move=self.options.head_motion != head_motion.STILL,
             refused=REFUSED,
         )
         task = session.call(
@@ -90,8 +86,9 @@ class ValueBaking:
             raise SceneError(f"The {self.source.words} move with no shape key of '{obj.name}'. Put some where keys act")
         self._require_room(obj)
         notes = value_curves.write(obj, self.curves, self.options.replace)
-        if self.options.head_motion == ON_OBJECT:
-            head_motion.write(obj, self.source.frames, self.source.bases, self.solved.transform)
+        if self.options.head_motion in (head_motion.ON_OBJECT, head_motion.ON_BONE):
+            source = self.source
+            notes += head_motion.write(obj, self.options, source.frames, source.pairs, self.solved.transform)
         obj.meanvalue.live = False
         result = shape_keys.result(obj)
         if result is not None and result.name not in self.curves and not result.mute and result.value:
