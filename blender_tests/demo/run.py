@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, pose, ready, report, stage, user_file
 from demo.errors import DemoError
+from demo.example import run as example_run
 from demo.face import run as face_run
 from demo.lift import run as lift_run
 from demo.morph import run as morph_run
@@ -27,7 +28,14 @@ from demo.walk import run as walk_run
 
 BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
 # Demos with a command line of their own.
-SPECIAL = {"walk": walk_run, "morph": morph_run, "rig": rig_run, "face": face_run, "lift": lift_run}
+SPECIAL = {
+    "walk": walk_run,
+    "morph": morph_run,
+    "rig": rig_run,
+    "example": example_run,
+    "face": face_run,
+    "lift": lift_run,
+}
 
 
 def main(argv):

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arms and legs of a rigged figure: how they are posed, and where handles hold them."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ..rig.run import turn
+
+#: Degrees by which arms are lowered, elbows bent, thighs lifted, knees bent on the left; the right has those of the row
+#: three further down. The rig's own animation, and poses that are not in it.
+ANIMATED = (
+    (-50, 20, 0, 0), (40, 90, 40, 60), (60, 30, 80, 100), (0, 130, 20, 90), (-30, 110, 60, 20),
+    (70, 0, 0, 120), (20, 60, 90, 40), (50, 120, 30, 30), (-60, 60, 50, 110), (10, 20, 70, 70),
+)  # fmt: skip
+ASKED = ((30, 75, 50, 80), (-20, 100, 70, 50), (55, 50, 15, 100))
+EVERY = 10  # frames from one pose to the next
+
+#: Over the length of the upper limb: how big the handles are at ends and joints, and what counts as around a joint.
+END, TIP, AROUND = 0.35, 0.12, 0.5
+
+
+@dataclass(frozen=True)
+class Names:
+    """Of the bones of arms and legs without their sides; end: the bone whose tail is the wrist or the ankle."""
+
+    upper_arm: str
+    forearm: str
+    arm_end: str
+    thigh: str
+    shank: str
+    leg_end: str
+    trunk: tuple
+    """Bones at whose heads the body is held where it is."""
+
+
+NAMES = {
+    "walker": Names("upper_arm", "forearm", "forearm", "thigh", "shank", "shank", ("pelvis", "chest", "head")),
+    "makehuman": Names(
+        "upperarm01", "lowerarm01", "lowerarm02", "upperleg01", "lowerleg01", "lowerleg02", ("root", "spine02", "head")
+    ),
+}
+
+
+def bend(armature, names, poses, number):
+    """Poses arms and legs: pose `number` of `poses` on the left, another on the right."""
+    for posed in armature.pose.bones:
+        posed.matrix_basis = Matrix.Identity(4)
+    bpy.context.view_layer.update()
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        shift = 0 if side == "L" else 3
+        lowered, elbow, lifted, knee = poses[(number + shift) % len(poses)]
+        lower = Matrix.Rotation(np.radians(sign * lowered), 3, 'Y')
+        turn(armature, f"{names.upper_arm}.{side}", (0.0, 1.0, 0.0), sign * lowered)
+        turn(armature, f"{names.forearm}.{side}", tuple(lower.col[2]), -sign * elbow)
+        turn(armature, f"{names.thigh}.{side}", (1.0, 0.0, 0.0), -lifted)
+        turn(armature, f"{names.shank}.{side}", (1.0, 0.0, 0.0), knee)
+
+
+def animate(armature, names):
+    """Keys the poses of ANIMATED."""
+    bones = [f"{bone}.{side}" for bone in (names.upper_arm, names.forearm, names.thigh, names.shank) for side in "LR"]
+    for number in range(len(ANIMATED)):
+        bend(armature, names, ANIMATED, number)
+        for bone in bones:
+            armature.pose.bones[bone].keyframe_insert("rotation_quaternion", frame=1 + EVERY * number)
+    bpy.context.scene.frame_end = 1 + EVERY * (len(ANIMATED) - 1)
+
+
+def holds(figure, names):
+    """{name: vertices} of handles at hands and feet, elbows and knees, and of pins on the trunk."""
+    found = {}
+    for side in "LR":
+        arm, leg = (_length(figure, f"{bone}.{side}", f"{next_bone}.{side}")
+                    for bone, next_bone in ((names.upper_arm, names.forearm), (names.thigh, names.shank)))  # fmt: skip
+        found[f"Hand.{side}"] = near(figure, figure.bones[f"{names.arm_end}.{side}"][1], END * arm)
+        found[f"Foot.{side}"] = near(figure, figure.bones[f"{names.leg_end}.{side}"][1], END * leg)
+        for name, bone, length, out in (("Elbow", names.forearm, arm, 1.0), ("Knee", names.shank, leg, -1.0)):
+            tip = np.array(figure.bones[f"{bone}.{side}"][0])
+            tip[1] += 0.2 * out * length
+            nearest = figure.vertices[np.linalg.norm(figure.vertices - tip, axis=1).argmin()]
+            found[f"{name}.{side}"] = near(figure, nearest, TIP * length)
+    for bone in names.trunk:
+        found[f"Trunk {bone}"] = near(figure, figure.bones[bone][0], END * arm)
+    return found
+
+
+def joints(figure, names):
+    """{name: vertices around the joints of both sides}."""
+    bones = {
+        "elbows": (names.forearm, names.upper_arm),
+        "shoulders": (names.upper_arm, names.forearm),
+        "knees": (names.shank, names.thigh),
+        "hips": (names.thigh, names.shank),
+    }
+    found = {}
+    for name, (bone, other) in bones.items():
+        reach = AROUND * _length(figure, f"{bone}.L", f"{other}.L")
+        sides = [near(figure, figure.bones[f"{bone}.{side}"][0], reach) for side in "LR"]
+        found[name] = np.unique(np.concatenate(sides))
+    return found
+
+
+def near(figure, place, distance):
+    return np.flatnonzero(np.linalg.norm(figure.vertices - np.array(place), axis=1) < distance)
+
+
+def _length(figure, bone, next_bone):
+    return float(np.linalg.norm(np.array(figure.bones[bone][0]) - np.array(figure.bones[next_bone][0])))

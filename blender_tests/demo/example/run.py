@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line of `./dev demo example`, and its report."""
+
+import time
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from support import mesh_files, meshes
+
+from .. import common_options, pictures, pose, report, scene_mesh, stage
+from ..rig.run import MAKERS, add_body
+from . import limbs
+
+ABOUT = (
+    "figures posed like their own rigs",
+    "Handles at hands, feet, elbows and knees go to where skinning has them. Errors are root mean squares beside that,",
+    "over the figure's height, of poses that are not among the examples.",
+)
+DESCRIPTION = """\
+Pose Like: Own Rig. A figure is posed by handles at hands, feet, elbows and knees, by the add-on's operators, without
+examples and with ten poses of its rig. Pictures of skinning, of the pose without and with examples, and a report."""
+
+
+def options(argv):
+    """The command line after `example`."""
+    parser = common_options.parser("example", DESCRIPTION, MAKERS, "just one of the bodies")
+    parser.set_defaults(engine="workbench")  # shows folds best
+    return common_options.parse(parser, argv)
+
+
+def blocks(words, empty_scene):
+    """The report's lines for each body; makes the files."""
+    found = []
+    for name, make in MAKERS.items():
+        if words.only not in (None, name):
+            continue
+        if name == "makehuman" and not (mesh_files.DATA / "makehuman").is_dir():
+            found.append([f"{name}: left out, {mesh_files.DATA / 'makehuman'} is not there", ""])
+        else:
+            found.append(one(make(), words, empty_scene))
+    return found
+
+
+def one(figure, words, empty_scene):
+    """Poses, draws and measures one body; returns its lines of the report."""
+    empty_scene()
+    names = limbs.NAMES[figure.stem]
+    obj, armature = add_body(figure)
+    truths = skinned(obj, armature, names)
+    limbs.animate(armature, names)
+    began = time.perf_counter()
+    bpy.context.view_layer.objects.active = obj
+    pose.call(bpy.ops.meanvalue.sample_rig_poses, count=len(limbs.ANIMATED))
+    sampled = time.perf_counter() - began
+    count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
+    rest(armature)
+    hold(figure, obj, names, truths)
+    shapes, seconds = {}, {}
+    for like in ("NOTHING", "RIG"):
+        obj.meanvalue.pose_like = like
+        began = time.perf_counter()
+        pose.call(bpy.ops.meanvalue.bind)
+        shapes[like] = [posed(obj, number) for number in range(len(truths))]
+        seconds[like] = time.perf_counter() - began
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"example_{figure.stem}.blend"), check_existing=False)
+    path = words.output / f"example_{figure.stem}.png"
+    draw(path, obj, [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]], words)
+    rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
+    rows += errors(figure, names, truths, shapes)
+    rows.append(
+        ("seconds", f"sampling {sampled:.1f}, posing {seconds['NOTHING']:.1f}, with examples {seconds['RIG']:.1f}")
+    )
+    rows.append(("files", f"{path.name}, example_{figure.stem}.blend"))
+    return report.block(figure.title, rows)
+
+
+def skinned(obj, armature, names):
+    """[(n, 3)]: where the rig has the mesh in the poses that are asked for."""
+    found = []
+    for number in range(len(limbs.ASKED)):
+        limbs.bend(armature, names, limbs.ASKED, number)
+        found.append(meshes.seen(obj).astype(float))
+    return found
+
+
+def rest(armature):
+    """Takes the animation off the rig."""
+    armature.animation_data_clear()
+    for posed_bone in armature.pose.bones:
+        posed_bone.matrix_basis = Matrix.Identity(4)
+    bpy.context.view_layer.update()
+
+
+def hold(figure, obj, names, truths):
+    """Adds what holds the mesh, and muted keys with the poses that are asked for."""
+    for name, members in limbs.holds(figure, names).items():
+        scene_mesh.add_vertex_group(obj, name, members)
+        bpy.context.view_layer.objects.active = obj
+        pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=True)
+    for number, truth in enumerate(truths):
+        key = obj.shape_key_add(name=f"Asked {number}", from_mix=False)
+        key.data.foreach_set("co", truth.astype(np.float32).ravel())
+        key.mute = True
+
+
+def posed(obj, number):
+    """(n, 3): the mesh after its handles were put to where a key has them."""
+    pose.call(bpy.ops.meanvalue.solve_from_key, key=f"Asked {number}")
+    return pose.positions(obj, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key])
+
+
+def errors(figure, names, truths, shapes):
+    """Rows of the report: without and with examples, of the whole and around joints."""
+    height = np.ptp(figure.vertices[:, 2])
+    rows = []
+    for name, members in {"off skinning": slice(None), **limbs.joints(figure, names)}.items():
+        without, with_examples = (
+            np.mean([rms(shape[members], truth[members]) for shape, truth in zip(shapes[like], truths, strict=True)])
+            for like in ("NOTHING", "RIG")
+        )
+        ratio = with_examples / without
+        rows.append((name, f"{without / height:.2%} without, {with_examples / height:.2%} with: {ratio:.2f} of it"))
+    return rows
+
+
+def rms(shape, truth):
+    return float(np.sqrt(((shape - truth) ** 2).sum(axis=1).mean()))
+
+
+def draw(path, obj, shapes, words):
+    """Skinning, the pose without and with examples, side by side."""
+    for each in bpy.data.objects:
+        each.hide_render = each != obj
+    key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
+    picture = stage.Picture(560, 900, words.samples, words.engine)
+    stage.set_stage(np.concatenate(shapes), picture, 25.0, 8.0, margin=0.02)
+    drawn = None
+    for shape in shapes:
+        key.data.foreach_set("co", shape.astype(np.float32).ravel())
+        obj.data.update_tag()
+        bpy.context.view_layer.update()
+        stage.render(path)
+        shot = pictures.over_backdrop(pictures.read_png(path))
+        drawn = shot if drawn is None else pictures.side_by_side(drawn, shot)
+    pictures.write_png(path, drawn)
