@@ -68,9 +68,8 @@ def one(figure, words, empty_scene):
     draw(path, obj, [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]], words)
     rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
     rows += errors(figure, names, truths, shapes)
-    rows.append(
-        ("seconds", f"sampling {sampled:.1f}, posing {seconds['NOTHING']:.1f}, with examples {seconds['RIG']:.1f}")
-    )
+    words_on_time = f"sampling {sampled:.1f}, posing {seconds['NOTHING']:.1f}, with examples {seconds['RIG']:.1f}"
+    rows.append(("seconds", words_on_time))
     rows.append(("files", f"{path.name}, example_{figure.stem}.blend"))
     return report.block(figure.title, rows)
 
