@@ -9,7 +9,7 @@ def counted(count, singular, plural=None):
 
 
 def vertices(count):
-    return "1 vertex" if count == 1 else f"{f'{count:,}'} vertices"
+    return counted(count, "vertex", "vertices")
 
 
 def seconds(value):

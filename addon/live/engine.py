@@ -124,8 +124,8 @@ def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
     global _is_missed
     _notice_end_of_rendering()
-    for note in render_notes.take_untold():
-        views.pop_up("Mean-Value", wording.sentence(note))
+    while render_notes.untold:
+        views.pop_up("Mean-Value", wording.sentence(render_notes.untold.pop(0)))
     if not (_is_rendering or _holds):
         is_missed, _is_missed = _is_missed, False
         with held():
@@ -154,7 +154,7 @@ def _wait():
     _draw_status_again()
     if _is_rendering or _holds:
         return WAIT_SECONDS
-    if _is_missed or render_notes.are_untold():
+    if _is_missed or render_notes.untold:
         return 0.0
     waits = [follower.wait(obj) for obj, follower in roll.live_objects()]
     return min((each for each in waits if each is not None), default=None)

@@ -11,7 +11,7 @@ from .. import wording
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
 _notes = {}  # identity of an object: what is to be told
-_untold = []  # notes that no popup has shown
+untold = []  # notes that no popup has shown
 
 
 def begin(unsettled):
@@ -46,22 +46,12 @@ def of(identity):
     return _notes.get(identity)
 
 
-def are_untold():
-    return bool(_untold)
-
-
-def take_untold():
-    """What no popup has shown yet."""
-    untold, _untold[:] = list(_untold), []
-    return untold
-
-
 def forget():
-    for known in (_at_first, _notes, _untold):
+    for known in (_at_first, _notes, untold):
         known.clear()
 
 
 def _tell(identity, note):
     _notes[identity] = note
-    _untold.append(note)
+    untold.append(note)
     print("Mean-Value:", wording.sentence(note))

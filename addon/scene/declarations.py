@@ -40,6 +40,12 @@ def values(group):
     )
 
 
+def clear(group):
+    """All settings of a property group have their defaults again."""
+    for name in type(group).__annotations__:
+        group.property_unset(name)
+
+
 @functools.cache
 def _declared(kind):
     """((name, whether its value can be compared as it is), ...)"""

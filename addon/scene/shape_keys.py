@@ -62,13 +62,18 @@ def rest_positions(mesh):
     return rest
 
 
+def absolute_problem(obj):
+    """ABSOLUTE where it is so, or None."""
+    keys = obj.data.shape_keys
+    return ABSOLUTE if keys is not None and not keys.use_relative else None
+
+
 def result_problem(obj):
     """Why the result cannot go to the shape key that the settings name, or None. Cheap enough for drawing."""
-    name = obj.meanvalue.result_key
+    name, keys = obj.meanvalue.result_key, obj.data.shape_keys
     if not name.strip():
         return "The result has no name. Fill in Result, the shape key to write"
-    keys = obj.data.shape_keys
-    if keys is not None and not keys.use_relative:
+    if absolute_problem(obj):
         return ABSOLUTE
     if keys is not None and name == keys.reference_key.name:
         return f"'{name}' is the rest shape and must not be overwritten. Give Result another name"

@@ -108,9 +108,9 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     examples = bind_input.examples
     try:
         if known is not None:
-            task = call(known.deformer.start_rebind, anchors, execution=execution, **held)
+            deformer = yield from steps(known.deformer.start_rebind, anchors, execution=execution, **held)
         else:
-            task = call(
+            deformer = yield from steps(
                 native_loader.module().start_bind,
                 mesh.rest,
                 mesh.triangles(triangles),
@@ -123,8 +123,6 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
                 execution=execution,
                 **held,
             )
-        yield task
-        deformer = call(task.result)
     except SolverError as error:
         refusal = _refused_example(error, examples)
         if refusal is None:
@@ -156,7 +154,7 @@ def begin_drag(binding, bind_input, shape=None):
 
 
 def solve_steps(drag, goal, settle=False, execution=None):
-    """Steps (see solver/job.py) to (n x 3 float64 positions, SolveSummary). What is mirrored is so to the last bit.
+    """Steps (see solver/job.py) to (n x 3 float64 positions, native solution). What is mirrored is so to the last bit.
 
     goal: a bridge.targets.Targets; settle: see the native Deformer. The first result of a Drag is the same for the same
     arguments. It then goes on with what the solves before told, and is so within the tolerance.
@@ -164,7 +162,7 @@ def solve_steps(drag, goal, settle=False, execution=None):
     @throws SolverError, CancelledError.
     """
     mesh = drag.bind_input.solver_mesh
-    task = call(
+    solution = yield from steps(
         drag.native.start_solve,
         _targets(mesh, goal.positions),
         weights=_weights(mesh, goal.weights),
@@ -172,14 +170,8 @@ def solve_steps(drag, goal, settle=False, execution=None):
         execution=execution,
         refused=REFUSED_POSE,
     )
-    yield task
-    solution = call(task.result, refused=REFUSED_POSE)
-    summary = result.SolveSummary.of(solution)
-    if not np.isfinite(solution.vertices).all():
-        raise SolverError(
-            "The solver gave positions that are not numbers. Move the handles closer to the rest shape, or add pins"
-        )
-    return mesh.cut_back(solution.vertices), summary
+    positions = finite(solution.vertices, "Move the handles closer to the rest shape, or add pins")
+    return mesh.cut_back(positions), solution
 
 
 def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
@@ -191,7 +183,7 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
     @throws SolverError, CancelledError.
     """
     mesh = bind_input.solver_mesh
-    task = call(
+    sequence = yield from steps(
         binding.deformer.start_solve_sequence,
         _targets(mesh, targets),
         weights=_weights(mesh, weights),
@@ -202,8 +194,6 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
         execution=execution,
         refused=REFUSED_POSE,
     )
-    yield task
-    sequence = call(task.result, refused=REFUSED_POSE)
     return mesh.cut_back_rows(sequence.vertices), sequence
 
 
@@ -248,6 +238,20 @@ def _weights(mesh, weights):
     if weights is None or mesh.border is None:
         return weights
     return np.concatenate([weights, np.ones((*np.shape(weights)[:-1], len(mesh.border)))], axis=-1)
+
+
+def steps(function, *arguments, refused=REFUSED_MESH, **options):
+    """Steps (see solver/job.py) to what the native task comes to that `function` begins; as call()."""
+    task = call(function, *arguments, refused=refused, **options)
+    yield task
+    return call(task.result, refused=refused)
+
+
+def finite(positions, remedy):
+    """@throws SolverError, with what to do, if `positions` hold anything but numbers."""
+    if not np.isfinite(positions).all():
+        raise SolverError(f"The solver gave positions that are not numbers. {remedy}")
+    return positions
 
 
 def call(function, *arguments, refused=REFUSED_MESH, **options):

@@ -5,8 +5,8 @@ import time
 
 import bpy
 
-from .. import compat, wording
-from ..errors import CancelledError, MeanValueError, SceneError
+from .. import wording
+from ..errors import CancelledError, MeanValueError
 from ..scene import subject
 from ..solver.core.steps import result_of
 from ..solver.job import Job
@@ -44,8 +44,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
 
     _job = _steps = _prepared = None
     _progress = ("", 0.0)
-    _object_name = ""
-    _object_identity = None
 
     def start_reading(self, _obj):
         """The reading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
@@ -71,7 +69,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         return "Cancelled. Nothing was changed"
 
     def run(self, obj):
-        self._remember_object(obj)
+        self.remember_object(obj)
         try:
             return result_of(self._all_steps())
         finally:
@@ -80,7 +78,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self._remember_object(subject.of(context))
+        self.remember_object(subject.of(context))
         self._steps = self._all_steps()
         until = time.monotonic() + PATIENCE_SECONDS
         while time.monotonic() < until:
@@ -136,23 +134,23 @@ class BackgroundOperator(ModalOperator, MeshOperator):
 
         Returns what finish() returns.
         """
-        reading = self.start_reading(self._object())
+        reading = self.start_reading(self.object())
         yield from self._read(reading)
-        self._prepared = prepared = self.prepare(self._object(), reading)
+        self._prepared = prepared = self.prepare(self.object(), reading)
         yield "reading the mesh", 1.0
         if prepared is None:
-            return self.finish(self._object(), None, None)
+            return self.finish(self.object(), None, None)
         yield from _in_slices(self.before(prepared))
         if self._steps is None:  # called to execute
             outcome = result_of(prepared.work(None), lambda task: task.wait())
         else:
             outcome = yield from self._beside_the_interface(prepared)
         if self._timer is not None:  # Blender went on since the scene was read
-            reading = self.start_reading(self._object())
+            reading = self.start_reading(self.object())
             yield from self._read(reading)
-            prepared.require_unchanged(self._object(), reading)
+            prepared.require_unchanged(self.object(), reading)
         yield from _in_slices(self.after(prepared))
-        return self.finish(self._object(), prepared, outcome)
+        return self.finish(self.object(), prepared, outcome)
 
     def _beside_the_interface(self, prepared):
         self._job = Job(prepared.work)
@@ -164,7 +162,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         return outcome
 
     def _read(self, reading):
-        while reading is not None and not reading.go_on(self._object(), SLICE_SECONDS):
+        while reading is not None and not reading.go_on(self.object(), SLICE_SECONDS):
             yield "reading the mesh", reading.share
 
     def _step(self):
@@ -176,16 +174,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
             return self.tell(*end.value)
         except MeanValueError as error:
             return self.refuse(error)
-
-    def _remember_object(self, obj):
-        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
-
-    def _object(self):
-        """The object that is worked on, under its name. @throws SceneError if it is gone."""
-        obj = bpy.data.objects.get(self._object_name)
-        if obj is None or compat.session_key(obj) != self._object_identity:
-            raise SceneError(f"'{self._object_name}' is gone, so its result is dropped")
-        return obj
 
     def _show_progress(self, context):
         stage, share = self._progress

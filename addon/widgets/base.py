@@ -3,8 +3,8 @@
 
 import bpy
 
-from .. import wording
-from ..errors import CancelledError, MeanValueError
+from .. import compat, wording
+from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import subject
 
 
@@ -35,6 +35,7 @@ class ModalOperator(Reporting):
 
     _is_running = False
     _timer = None
+    _object_name, _object_identity = "", None
 
     def begin(self, context, tick_seconds=None):
         """What invoke() returns to go on. tick_seconds: between events of a timer; None for no timer."""
@@ -44,6 +45,17 @@ class ModalOperator(Reporting):
         _running.append(self)
         self._is_running = True
         return {'RUNNING_MODAL'}
+
+    def remember_object(self, obj):
+        """What object() finds again: nothing of Blender's may be held from one event to the next."""
+        self._object_name, self._object_identity = obj.name, compat.session_key(obj)
+
+    def object(self):
+        """The object that is worked on, under its name. @throws SceneError if it is gone."""
+        obj = bpy.data.objects.get(self._object_name)
+        if obj is None or compat.session_key(obj) != self._object_identity:
+            raise SceneError(f"'{self._object_name}' is gone. What was begun on it is dropped")
+        return obj
 
     def end(self, context):
         """However it ends. Blender keeps the operator: subclasses let go here of what they hold."""

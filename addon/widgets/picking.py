@@ -22,7 +22,6 @@ class PickingOperator(ModalOperator, MeshOperator):
     #: Whether it goes on after each run(), until Enter.
     repeats = False
 
-    _object_name = ""
     _has_run = False
 
     def take_back(self, obj):
@@ -37,7 +36,7 @@ class PickingOperator(ModalOperator, MeshOperator):
             context.workspace.status_text_set(self.prompt(obj))
         except MeanValueError as error:
             return self.refuse(error)
-        self._object_name = obj.name
+        self.remember_object(obj)
         context.window.cursor_modal_set('EYEDROPPER')
         return self.begin(context)
 

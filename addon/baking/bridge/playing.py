@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids, wording
-from ...scene import actions, bakeable, shape_keys
+from ...scene import actions, bakeable, declarations, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -66,8 +66,7 @@ def keys_problem(obj):
                 f"The mesh is shared with '{other.name}', whose bake is in its shape keys. Bake to a point cache, or "
                 "make the mesh a single user (Object > Relations > Make Single User)"
             )
-    keys = obj.data.shape_keys
-    return shape_keys.ABSOLUTE if keys is not None and not keys.use_relative else None
+    return shape_keys.absolute_problem(obj)
 
 
 def take_back(obj):
@@ -85,7 +84,7 @@ def take_back(obj):
         if keys is not None and name in keys.key_blocks:
             keys.key_blocks[name].mute = False
     was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
-    _forget(obj)
+    declarations.clear(record)
     if was_live:
         obj.meanvalue.live = True
     if was_mixed and kind is not None:
@@ -100,14 +99,7 @@ def keep(obj):
     if obj.meanvalue.result_key in names_in(record.muted) and keys.use_relative:
         shape_keys.remove(obj, [obj.meanvalue.result_key])
         shape_keys.remove_lone_basis(obj)
-    _forget(obj)
-
-
-def _forget(obj):
-    record = obj.meanvalue.baked
-    for prop in record.bl_rna.properties:
-        if prop.identifier not in {"rna_type", "name"}:
-            record.property_unset(prop.identifier)
+    declarations.clear(record)
 
 
 def _hide_result(obj):

@@ -64,12 +64,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
 
     def before(self, prepared):
         with engine.held():
-            for share in prepared.sample(self._object):
+            for share in prepared.sample(self.object):
                 yield "sampling the animation", share
 
     def after(self, prepared):
         stage = "choosing the shape keys" if prepared.to_keys else "writing the point cache"
-        for share in prepared.write(self._object()):
+        for share in prepared.write(self.object()):
             yield stage, share
 
     def job_progress(self):

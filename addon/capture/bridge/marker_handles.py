@@ -58,7 +58,7 @@ def update_handle(obj, matched, number):
     handle = marker_pairs.handle_of(obj, pair) or _make_soft_handle(obj, name, COLOR)
     handle.marker = name
     control = _control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
-    controls.choose(handle, control, _at(matched.rest[number], np.eye(3)))
+    controls.choose(handle, control, motion.affine(np.eye(3), matched.rest[number]))
     _give_members(obj, handle, np.array([vertex]))
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
@@ -72,7 +72,7 @@ def _update_cuff(obj, matched, name, cuff):
     handle.cuff = name
     control = _control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
     frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
-    controls.choose(handle, control, _at(cuff.centre, frame))
+    controls.choose(handle, control, motion.affine(frame, cuff.centre))
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
     (rig,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, rig)
@@ -125,13 +125,6 @@ def _control_of(obj, handle, name, shape, size):
     controls.paint(control, handle)
     control.parent = obj
     return control
-
-
-def _at(place, axes):
-    """4 x 4 of a place (3,) with axes 3 x 3."""
-    result = control_places.to_4x4(axes)
-    result[:3, 3] = place
-    return result
 
 
 def _animate(control, matched, places, rest, turns=None):

@@ -87,7 +87,7 @@ def steps(given):
     options, surface = given.options, given.surface
     yield "filling gaps", 0.0
     path, how = _mended(given, given.recording)
-    sample = given.standing.sample_at(options.reference_frame)
+    sample = int(np.abs(given.standing.frames - options.reference_frame).argmin())
     frame = float(given.standing.frames[sample])
     markers, notes = _chosen(given, frame, path, how, _reference(given, sample))
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
@@ -185,7 +185,7 @@ def _alignment(given, markers, body):
     if given.to_object is not None:
         return given.to_world @ given.to_object, []
     if given.options.align == 'NONE':
-        return np.eye(4), []
+        return motion.IDENTITY, []
     if given.options.align == 'AUTO':
         found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
         return found.matrix, [*match_notes.of_limbs(markers), *match_notes.of_alignment(found)]

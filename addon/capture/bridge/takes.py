@@ -46,10 +46,6 @@ class Recording:
     frames: np.ndarray
     rate_hz: float
 
-    def sample_at(self, frame):
-        """Number of the sample nearest to a frame of the scene."""
-        return sample_times.nearest_sample(self.frames, frame)
-
 
 def make(take, frames, scale=1.0):
     """The collection of a core.capture.Take: samples at `frames` (f,) of the scene, positions times `scale`.
@@ -82,8 +78,7 @@ def remove(collection):
 
 def markers(collection):
     """The Empties of a take, in the order of the file."""
-    found = [obj for obj in collection.objects if obj.meanvalue.marker]
-    return sorted(found, key=lambda obj: obj.meanvalue.marker_number)
+    return [obj for obj in collection.objects if obj.meanvalue.marker]
 
 
 def labels(collection):
@@ -205,7 +200,6 @@ def _make_empty(label, size, collection):
     empty.empty_display_type = 'SPHERE'
     empty.empty_display_size = size
     empty.meanvalue.marker = label
-    empty.meanvalue.marker_number = len(collection.objects)
     return empty
 
 

@@ -212,10 +212,7 @@ def _about_z(angle):
 
 
 def _matrix(turn, scale, to, origin):
-    result = np.eye(4)
-    result[:3, :3] = scale * turn
-    result[:3, 3] = to - scale * turn @ origin
-    return result
+    return motion.affine(scale * turn, to - scale * turn @ origin)
 
 
 def _scale_of(matrix):

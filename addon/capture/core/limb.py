@@ -34,10 +34,9 @@ class Limb:
         self._faces, self._reach = np.zeros_like(markers) if faces is None else faces, FACING * height
         self.numbers = upper + fore
 
-    def residual(self, markers, numbers=None):
-        """Rms distance of the limb's markers, or of those given, from its skin; more where that looks another way."""
-        numbers = self.numbers if numbers is None else numbers
-        return float(np.sqrt(self._nearest(markers[numbers], numbers)[1].mean()))
+    def residual(self, markers):
+        """Rms distance of the limb's markers from its skin; more where that looks another way."""
+        return float(np.sqrt(self._nearest(markers[self.numbers], self.numbers)[1].mean()))
 
     def posed(self, tip, is_stretched):
         """(m, 3): the reference with the limb on its skin. tip (3,): the end of that."""

@@ -14,6 +14,9 @@ from ...errors import MotionFileError
 
 REMEDY = "Export it again, or mend the line in a text editor"
 
+#: Letters of a file that a message shows.
+MOST_QUOTED = 40
+
 
 def decoded(data: bytes) -> str:
     """The text in `data`, in whatever encoding: never fails."""
@@ -104,7 +107,7 @@ def number_in(text: str) -> float | None:
         return None
 
 
-def quoted(text: str, longest: int = 40) -> str:
+def quoted(text: str) -> str:
     """For messages: short and printable."""
-    shown = "".join(letter if letter.isprintable() else " " for letter in text.strip()[: longest + 1])
-    return f"'{shown[:longest]}...'" if len(shown) > longest else f"'{shown}'"
+    shown = "".join(letter if letter.isprintable() else " " for letter in text.strip()[: MOST_QUOTED + 1])
+    return f"'{shown[:MOST_QUOTED]}...'" if len(shown) > MOST_QUOTED else f"'{shown}'"

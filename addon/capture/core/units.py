@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+#: Frames that are enough to guess by.
+FEW = 200
+
 UP_AXES = ("X", "Y", "Z", "-X", "-Y", "-Z")
 
 #: Metres for one unit, by what files call it (lower case).
@@ -49,9 +52,9 @@ def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
     return positions if up_axis == "Z" else positions @ np.array(_TURNS[up_axis], np.float64).T
 
 
-def _lowest_and_highest(positions, most=200):
-    """(g, 3) minima and maxima over the markers of (f, m, 3), in some frames that have any: enough to guess by."""
-    few = positions[:: max(1, -(-len(positions) // most))]
+def _lowest_and_highest(positions):
+    """(g, 3) minima and maxima over the markers of (f, m, 3), in FEW frames that have any."""
+    few = positions[:: max(1, -(-len(positions) // FEW))]
     few = few[(~np.isnan(few[..., 0])).any(axis=1)]
     if few.size == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))

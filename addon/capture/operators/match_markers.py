@@ -21,8 +21,8 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 
     def _all_steps(self):
         """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""
-        matched = yield from marker_matching.steps(match_input.read(self._object()))
-        return self._write(self._object(), matched)
+        matched = yield from marker_matching.steps(match_input.read(self.object()))
+        return self._write(self.object(), matched)
 
     def _write(self, obj, matched):
         marker_handles.update_handles(obj, matched)

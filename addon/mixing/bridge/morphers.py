@@ -29,15 +29,13 @@ def bind_steps(mix_input, execution):
     CancelledError."""
     shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
     try:
-        task = session.call(
+        morpher = yield from session.steps(
             native_loader.module().start_bind_morph,
             shapes,
             mix_input.triangles,
             execution=execution,
             refused=REFUSED_SHAPES,
         )
-        yield task
-        morpher = session.call(task.result, refused=REFUSED_SHAPES)
     except SolverError as error:
         raise SolverError(_with_names(str(error), mix_input)) from error
     session.cache.put(mix_input.key, morpher, int(morpher.report.bytes))
@@ -61,19 +59,15 @@ def solve_steps(morpher, mix_input, values, execution=None):
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
         return Mix(shape.astype(np.float64), True, 0.0)
-    task = session.call(
+    solution = yield from session.steps(
         morpher.start_solve,
         weights,
         parts=mix_input.parts,
         execution=execution,
         refused=REFUSED_SHAPES,
     )
-    yield task
-    solution = session.call(task.result, refused=REFUSED_SHAPES)
-    if not np.isfinite(solution.vertices).all():
-        raise SolverError("The solver gave positions that are not numbers. Move the sliders closer to 0")
     return Mix(
-        positions=solution.vertices,
+        positions=session.finite(solution.vertices, "Move the sliders closer to 0"),
         converged=bool(solution.converged),
         seconds=float(solution.timings["total"]),
     )

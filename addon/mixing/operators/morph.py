@@ -23,6 +23,7 @@ PART = (
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.morph"
     bl_label = "Morph to Selected"
+    problems = (shape_keys.absolute_problem,)
 
     source: StringProperty(
         name="Source",
@@ -44,13 +45,6 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     def description(cls, context, properties):
         missing = _missing(context, subject.of(context), properties.part)
         return (PART if properties.part else WHOLE) + (f".\n{missing}" if missing else "")
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and obj.data.shape_keys is not None and not obj.data.shape_keys.use_relative:
-            problem = shape_keys.ABSOLUTE
-        return problem
 
     def run(self, obj):
         source = self._source(obj)

@@ -5,7 +5,8 @@ from dataclasses import fields
 
 from ... import wording
 from ...errors import SceneError, StaleBindingError
-from ...scene import shared_readings
+from ...scene import declarations, shared_readings
+from ...solver import session
 from ...solver.core import fingerprint
 from ...solver.core.fingerprint import Fingerprint
 from . import scene_input
@@ -53,7 +54,7 @@ def write(record, now):
     record.is_bound = True
 
 
-def clear(record):
-    for prop in record.bl_rna.properties:
-        if prop.identifier not in {"rna_type", "name"}:
-            record.property_unset(prop.identifier)
+def release(record):
+    """Forgets the binding that there is, and frees its memory."""
+    session.cache.discard(read_fingerprint(record).key)
+    declarations.clear(record)

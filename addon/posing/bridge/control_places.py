@@ -46,13 +46,13 @@ def placement(obj, handle):
         return place, False
     parent_inverse = _evaluated_parent_inverse(handle)
     if not np.array_equal(parent_inverse, motion.IDENTITY):
-        place = to_4x4(frame_of(handle)) @ np.linalg.inv(parent_inverse) @ place
+        place = motion.affine(frame_of(handle)) @ np.linalg.inv(parent_inverse) @ place
     return place, True
 
 
 def follow_rig(obj, handle, rig_transform):
     """Puts the control, if it is one that Add Handle made, to where the rig has its handle; it keeps its channels."""
-    wanted = rig_transform @ to_4x4(frame_of(handle))
+    wanted = rig_transform @ motion.affine(frame_of(handle))
     if follows_rig(obj, handle) and not motion.same(_parent_inverse(handle.control), wanted):
         handle.control.matrix_parent_inverse = to_blender(wanted)
         handle.control_carried = _parent_inverse(handle.control).ravel()
@@ -112,13 +112,7 @@ def fitted(before, after, frame):
     """As motion.fitted(), rigid in the frame."""
     inverse = np.linalg.inv(frame)
     move = motion.fitted(before @ inverse.T, after @ inverse.T)
-    return to_4x4(frame) @ move @ to_4x4(inverse)
-
-
-def to_4x4(matrix):
-    result = np.eye(4)
-    result[:3, :3] = matrix
-    return result
+    return motion.affine(frame) @ move @ motion.affine(inverse)
 
 
 def bone_of(handle):

@@ -123,7 +123,7 @@ def shown_move(obj, handle):
     members = vertex_groups.full_members(obj, handle.name)
     shown = shape_keys.posed_positions(obj)
     if len(members) == 0 or shown is None:
-        return np.eye(4)
+        return motion.IDENTITY
     frame, space = control_places.frame_of(handle), rig_space.measure(obj)
     if space is None:
         move = control_places.fitted(shape_keys.rest_positions(obj.data)[members], shown[members], frame)
@@ -131,7 +131,7 @@ def shown_move(obj, handle):
         transform = control_places.rig_transform(space, handle, members)
         seen = rig_space.seen(obj, space, shown)
         move = np.linalg.inv(transform) @ control_places.fitted(space.seen[members], seen[members], frame) @ transform
-    return motion.between(np.eye(4), move)
+    return motion.between(motion.IDENTITY, move)
 
 
 def paint(control, handle):
@@ -162,11 +162,10 @@ def add_control(obj, handle, rest_points, shown_points):
         move_now = shown_move(obj, handle)
     else:
         move_now = control_places.fitted(rest_points, shown_points, frame)
-    place = np.eye(4)
-    place[:3, :3] = move_now[:3, :3] @ frame
-    place[:3, 3] = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
+    middle = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
+    place = motion.affine(move_now[:3, :3] @ frame, middle)
     handle.rest_relation = (np.linalg.inv(move_now) @ place).ravel()
-    control.matrix_basis = control_places.to_blender(np.linalg.inv(control_places.to_4x4(frame)) @ place)
+    control.matrix_basis = control_places.to_blender(np.linalg.inv(motion.affine(frame)) @ place)
     (transform,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, transform)
     return control

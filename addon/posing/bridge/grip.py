@@ -8,8 +8,8 @@ from mathutils import Quaternion, Vector
 from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
-from . import bound_record, control_places, controls, new_handles, region
+from ...scene import declarations, mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
+from . import control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
 #: Sizes closer than this are the same one.
@@ -186,7 +186,7 @@ class _Before:
             if not self._had_keys:
                 obj.shape_key_clear()
         if not self._was_bound:
-            bound_record.clear(settings.bound)
+            declarations.clear(settings.bound)
         for kind in self.others:
             kind.turn(obj, True)
         _bring_keys_back(obj, self._keys)

@@ -41,7 +41,7 @@ class Posing:
         return targets.gather_from_key(obj, bind_input, self._goal) if self._goal else targets.gather(obj, bind_input)
 
     def work(self, execution):
-        """Steps (see workers.job) to (n x 3 positions, SolveSummary) if there are targets, else None.
+        """Steps (see workers.job) to (n x 3 positions, native solution) if there are targets, else None.
 
         @throws MeanValueError.
         """

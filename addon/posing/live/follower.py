@@ -141,9 +141,10 @@ class Follower(Following):
                 self._write(owner, composed)
 
         def work(execution):
-            solved, summary = yield from session.solve_steps(drag, wanted, settle=settles, execution=execution)
+            solved, solution = yield from session.solve_steps(drag, wanted, settle=settles, execution=execution)
             composed = result.compose(bind_input, wanted.positions, solved)
-            return lambda owner: collect(owner, composed, summary.seconds)
+            seconds = solution.timings["total"]
+            return lambda owner: collect(owner, composed, seconds)
 
         return work
 

@@ -7,9 +7,8 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import new_rest, selection, shape_keys, subject
+from ...scene import declarations, new_rest, selection, shape_keys, subject
 from ...scene.core import fixed_points
-from ...solver import session
 from ..bridge import bound_record, controls, region
 from .pose import SettledOperator
 
@@ -136,7 +135,7 @@ def _leave_copies(obj):
             other.meanvalue.live = False
             other.meanvalue.handles.clear()
             region.remove_made_group(other)
-            bound_record.clear(other.meanvalue.bound)
+            declarations.clear(other.meanvalue.bound)
 
 
 def _is_copy(other, obj):
@@ -156,7 +155,6 @@ def remove_what_was_made(obj):
         controls.remove_handle(obj, index)
     region.remove_made_group(obj)
     if settings.bound.is_bound:
-        session.cache.discard(bound_record.read_fingerprint(settings.bound).key)
-        bound_record.clear(settings.bound)
+        bound_record.release(settings.bound)
     settings.former_result = ""
     return wording.counted(count, "handle or pin", "handles and pins")

@@ -5,7 +5,7 @@ import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ... import compat, ids, wording
+from ... import ids, wording
 from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...scene import selection, subject
@@ -117,7 +117,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
         except SceneError as error:
             return self._warn(error)
-        self.object_name, self._identity = obj.name, compat.session_key(obj)
+        self.object_name = obj.name
+        self.remember_object(obj)
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
         if self.pin:
             return self.execute(context)
@@ -142,7 +143,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _react(self, context, event):
         """What modal() returns. @throws MeanValueError."""
-        obj = self._object()
+        obj = self.object()
         if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
             return self._give_up(context, obj)
         if event.type == 'LEFTMOUSE' and event.value == 'RELEASE':
@@ -236,12 +237,6 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             engine.look_again(obj)
             context.view_layer.objects.active = bpy.data.objects.get(self._active)
         return {'CANCELLED'}
-
-    def _object(self):
-        obj = bpy.data.objects.get(self.object_name)
-        if obj is None or compat.session_key(obj) != self._identity:
-            raise SceneError(f"'{self.object_name}' is gone")
-        return obj
 
     def _show(self, context, obj):
         length = self.size * self._whole * max(map(abs, obj.matrix_world.to_scale()))

@@ -6,10 +6,10 @@ import bpy
 from ... import ids
 from ...errors import SceneError
 from ...live import engine
-from ...scene import new_rest, shape_keys, subject
+from ...scene import declarations, new_rest, shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import bound_record, controls, scene_input
+from ..bridge import controls, scene_input
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -29,7 +29,7 @@ class SettledOperator(BackgroundOperator):
 
     def finish(self, obj, prepared, outcome):
         if prepared is not None:
-            solved, _summary = outcome
+            solved, _solution = outcome
             prepared.keep()
             goal = prepared.targets
             composed = result.compose(prepared.bind_input, goal.positions, solved)
@@ -87,6 +87,6 @@ class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
         controls.require_places(obj, handles)  # throws before anything is changed
         engine.look_again(obj)
         notes = new_rest.become(obj)
-        bound_record.clear(obj.meanvalue.bound)
+        declarations.clear(obj.meanvalue.bound)
         controls.attach_where_they_are(obj, handles)
         return "The pose is the rest shape now", [*notes, *subject.sharing_notes(obj)]

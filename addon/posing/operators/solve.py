@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binds and unbinds a mesh; poses it once, by its handles or by a shape key."""
+"""Binds a mesh; poses it once, by its handles or by a shape key."""
 
 import bpy
 import numpy as np
@@ -7,7 +7,6 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, shape_keys, subject, vertex_groups
-from ...solver import session
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import bound_record, controls, new_handles, scene_input, targets
@@ -58,18 +57,18 @@ class SolvingOperator(BackgroundOperator):
     start_reading = staticmethod(scene_input.start_reading)
 
     def finish(self, obj, posing, outcome):
-        solved, summary = outcome
+        solved, solution = outcome
         positions = posing.targets.positions
         warnings = [
             *posing.binding.summary.notes(),
-            *summary.notes(),
+            *result.solve_notes(solution),
             *result.pose_warnings(posing.bind_input, positions),
         ]
         if rig_space.note(obj):
             warnings.append(rig_space.note(obj))
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
-        solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(summary.seconds)}"
+        solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(solution.timings['total'])}"
         return ". ".join([solved_into, *notes, *subject.sharing_notes(obj)]), warnings
 
 
@@ -127,8 +126,7 @@ def _release(obj):
     record = obj.meanvalue.bound
     if not record.is_bound:
         raise SceneError(f"'{obj.name}' is not bound")
-    session.cache.discard(bound_record.read_fingerprint(record).key)
-    bound_record.clear(record)
+    bound_record.release(record)
     return f"'{obj.name}' is no longer bound", []
 
 

@@ -39,7 +39,12 @@ def fitted(before, after):
 
     Where the points leave the rotation open (one point, a line), the part that they leave open is not turned.
     """
-    move = np.eye(4)
-    move[:3, :3] = rigid.fit_rotations(before, after)
-    move[:3, 3] = after.mean(axis=0, dtype=np.float64) - move[:3, :3] @ before.mean(axis=0, dtype=np.float64)
-    return move
+    turn = rigid.fit_rotations(before, after)
+    return affine(turn, after.mean(axis=0, dtype=np.float64) - turn @ before.mean(axis=0, dtype=np.float64))
+
+
+def affine(linear, shift=0.0):
+    """4 x 4: x goes to linear x + shift; linear 3 x 3, shift (3,)."""
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = linear, shift
+    return result

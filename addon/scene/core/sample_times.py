@@ -52,8 +52,3 @@ def changing_keys(values, frames):
     differs = np.concatenate([[True], values[1:] != values[:-1], [True]])
     wanted = differs[:-1] | differs[1:]
     return frames[wanted], values[wanted]
-
-
-def nearest_sample(frames, frame):
-    """Number of the sample nearest to a frame; `frames` ascending, not empty."""
-    return int(np.abs(frames - frame).argmin())

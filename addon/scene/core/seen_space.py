@@ -57,10 +57,7 @@ class SeenSpace:
             linear = frame @ (stretch[0] * left @ right) @ inverse  # skinning shrinks where bones meet: not its most
         if np.linalg.det(linear) <= FLAT * np.linalg.norm(linear) ** 2:  # a fold or a squeeze tells of no turn
             linear = motion.fitted(self.rest[members], self.seen[members])[:3, :3]
-        result = np.eye(4)
-        result[:3, :3] = linear
-        result[:3, 3] = self.seen[members].mean(axis=0) - linear @ self.rest[members].mean(axis=0)
-        return result
+        return motion.affine(linear, self.seen[members].mean(axis=0) - linear @ self.rest[members].mean(axis=0))
 
     def first_order(self, shape):
         """n x 3: where n x 3 positions of the key are seen, exactly if this is affine."""

@@ -36,7 +36,7 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
 
     def before(self, prepared):
         with engine.held():
-            for share in prepared.source.sample(self._object):
+            for share in prepared.source.sample(self.object):
                 yield "sampling the animation", share
 
     def after(self, prepared):

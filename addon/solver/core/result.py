@@ -121,26 +121,10 @@ def nothing_is_held(report):
     return bool(parts) and all(part.undetermined for part in parts)
 
 
-@dataclass(frozen=True)
-class SolveSummary:
-    """What is worth telling about a solve."""
-
-    seconds: float
-    converged: bool
-    stop_reason: str
-
-    def notes(self):
-        if not self.converged:
-            yield (
-                f"It stopped before it had converged ({self.stop_reason}): look at the shape, and try targets that are "
-                "closer to the rest shape"
-            )
-
-    @classmethod
-    def of(cls, solution):
-        """From the native solution."""
-        return cls(
-            seconds=float(solution.timings["total"]),
-            converged=bool(solution.converged),
-            stop_reason=str(solution.stop_reason),
+def solve_notes(solution):
+    """A sentence on what is unusual about a native solution."""
+    if not solution.converged:
+        yield (
+            f"It stopped before it had converged ({solution.stop_reason}): look at the shape, and try targets that are "
+            "closer to the rest shape"
         )

@@ -7,6 +7,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys, subject
+from ...scene.core import motion
 from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
 from .wrapping import Wrap
@@ -54,8 +55,7 @@ def target_of(context, obj):
 def _require_ready(obj, target):
     if target.data.is_editmode:
         raise SceneError(f"'{target.name}' is in Edit Mode. Leave that first")
-    keys = obj.data.shape_keys
-    if keys is not None and not keys.use_relative:
+    if shape_keys.absolute_problem(obj):
         raise SceneError(shape_keys.ABSOLUTE)
 
 
@@ -67,12 +67,12 @@ def gather(obj, target):
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
     return WrapInput(
-        vertices=_moved(to_world, rest),
+        vertices=motion.apply(to_world, rest),
         triangles=_outwards(mesh_arrays.triangles(obj.data, rest), to_world),
-        target=_moved(_to_world(target), shape),
+        target=motion.apply(_to_world(target), shape),
         target_triangles=_outwards(triangles, _to_world(target)),
         picked=np.array([pair.vertex for pair in pairs], np.int32),
-        points=_moved(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
+        points=motion.apply(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
     )
 
 
@@ -82,7 +82,7 @@ def write(obj, target, wrapped, tolerance):
     The key of the last wrap is written again. Returns (its name, how many vertices are in the group).
     """
     settings = obj.meanvalue.wrap
-    shape = _moved(np.linalg.inv(_to_world(obj)), wrapped.positions).astype(np.float32)
+    shape = motion.apply(np.linalg.inv(_to_world(obj)), wrapped.positions).astype(np.float32)
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(settings.made) if keys is not None and settings.made else None
     if key is None or key == keys.reference_key:
@@ -121,10 +121,6 @@ def _to_world(obj):
     if not np.linalg.cond(matrix[:3, :3]) < 1e9:
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
     return matrix
-
-
-def _moved(matrix, points):
-    return points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _outwards(triangles, to_world):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import SceneError, SolverError
+from ...errors import SceneError
 from ...scene.core.surface import Surface
 from ...solver import native_loader, session
 from ...solver.core.steps import Pause
@@ -84,12 +84,11 @@ class Wrap:
 
     def _bind(self, rest, anchors, strengths):
         start, triangles = native_loader.module().start_bind, self.given.triangles
-        task = session.call(start, rest, triangles, anchors, strengths=strengths, execution=self._execution)
-        yield task
-        return session.call(task.result)
+        execution = self._execution
+        return session.steps(start, rest, triangles, anchors, strengths=strengths, execution=execution)
 
     def _solve(self, deformer, targets, weights=None, start=None):
-        task = session.call(
+        solution = yield from session.steps(
             deformer.start_solve,
             np.ascontiguousarray(targets),
             weights=weights,
@@ -97,11 +96,7 @@ class Wrap:
             execution=self._execution,
             refused=session.REFUSED_POSE,
         )
-        yield task
-        vertices = session.call(task.result, refused=session.REFUSED_POSE).vertices
-        if not np.isfinite(vertices).all():
-            raise SolverError("The solver gave positions that are not numbers. Pick more pairs of points")
-        return vertices
+        return session.finite(solution.vertices, "Pick more pairs of points")
 
     def _rounds(self, deformer, rest, shape):
         """Returns (shape, mean distance of the used vertices from their partners)."""
