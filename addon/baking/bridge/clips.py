@@ -31,17 +31,12 @@ EARLY = "stopped before it had converged. Have a look"
 
 @dataclass(frozen=True, eq=False)
 class HandleClip:
-    """Handles over f frames. Of k anchors, in the order of `bind_input.anchors`:
-
-    targets   f x k x 3 float64, in the object's own space at that frame
-    weights   f x k float64, 0 to 1; None where all are 1
-    portable  solved with the same bits on every processor of an architecture
-    """
+    """Handles over f frames: k anchors, in the order of `bind_input.anchors`."""
 
     bind_input: BindInput
-    targets: np.ndarray
-    weights: np.ndarray | None
-    portable: bool = False
+    targets: np.ndarray  # f x k x 3 float64, in the object's own space at that frame
+    weights: np.ndarray | None  # f x k float64, 0 to 1; None where all are 1
+    portable: bool = False  # solved with the same bits on every processor of an architecture
 
     def key_of(self, begin, end):
         """Digest of all that the shapes of rows [begin, end) depend on: also on rows of runs that fade into theirs."""

@@ -28,53 +28,35 @@ RAMP_SECONDS = 0.08
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """What was found for m markers.
+    """What was found for m markers."""
 
-    names      of the markers
-    vertices   (m,) distinct vertex indices
-    rest       (m, 3) where these are at rest, in the object's space
-    offsets    (m, 3) from there to the aligned marker at the reference frame, in the object's space
-    distance   (m,) how far the marker is from its point, in the world
-    targets    (f, m, 3) where the vertices go, in the object's space; NaN where nobody knows
-    frames     (f,) of the scene
-    frame      of the reference
-    alignment  4 x 4, from where the markers are in the world to the object's space
-    size       bounding-box diagonal of the mesh, in its own space
-    world_size  the same in the world
-    ramp       samples over which a handle fades before and after a gap
-    cuffs      core.cuffs.Cuffs, but for their turns in the object's space
-    told       sentences for the report, on what was found
-    notes      sentences on what could be better
-    """
-
-    names: list
-    vertices: np.ndarray
-    rest: np.ndarray
-    offsets: np.ndarray
-    distance: np.ndarray
-    targets: np.ndarray
-    frames: np.ndarray
-    frame: float
-    alignment: np.ndarray
-    size: float
-    world_size: float
-    ramp: int
-    cuffs: list
-    told: list
-    notes: list
+    names: list  # of the markers
+    vertices: np.ndarray  # (m,) distinct vertex indices
+    rest: np.ndarray  # (m, 3) where these are at rest, in the object's space
+    offsets: np.ndarray  # (m, 3) from there to the aligned marker at the reference frame, in the object's space
+    distance: np.ndarray  # (m,) how far the marker is from its point, in the world
+    targets: np.ndarray  # (f, m, 3) where the vertices go, in the object's space; NaN where nobody knows
+    frames: np.ndarray  # (f,) of the scene
+    frame: float  # of the reference
+    alignment: np.ndarray  # 4 x 4, from where the markers are in the world to the object's space
+    size: float  # bounding-box diagonal of the mesh, in its own space
+    world_size: float  # the same in the world
+    ramp: int  # samples over which a handle fades before and after a gap
+    cuffs: list  # core.cuffs.Cuffs, but for their turns in the object's space
+    told: list  # sentences for the report, on what was found
+    notes: list  # sentences on what could be better
 
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """A mended take: m labels and their landmarks (or None), path (f, m, 3), how (f, m) as gaps.fill_gaps() tells,
-    reference (m, 3), and actor (m, 3): the same with the lengths of the one who was captured."""
+    """A mended take of m markers."""
 
     labels: list
-    landmarks: tuple
-    path: np.ndarray
-    how: np.ndarray
-    reference: np.ndarray
-    actor: np.ndarray
+    landmarks: tuple  # of each its name or None
+    path: np.ndarray  # (f, m, 3)
+    how: np.ndarray  # (f, m) as gaps.fill_gaps() tells
+    reference: np.ndarray  # (m, 3)
+    actor: np.ndarray  # (m, 3): the same with the lengths of the one who was captured
 
 
 def find(given):

@@ -19,32 +19,21 @@ OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "splin
 
 @dataclass(frozen=True, eq=False)
 class MatchInput:
-    """A mesh, its take, and what the artist wants.
+    """A mesh, its take, and what the artist wants."""
 
-    surface    the Surface of its rest shape in the world; own  (n, 3) the same vertices in the object's space
-    to_world   4 x 4 between them
-    recording  the take; standing  the takes.Recording that has the reference, which may be the same
-    used       markers that are ticked; landmarks  {marker: landmark or None}
-    recognition  how the names of the markers were known, in words
-    fixed      {marker: vertex} to be kept; picked  the names of those of them that were picked by hand
-    to_object  4 x 4 from the markers' world to the object's space, to be kept, or None: as `align` says
-    options    OPTIONS, and cutoff_hz, which is None without a filter
-    notes      sentences
-    """
-
-    surface: Surface
-    own: np.ndarray
-    to_world: np.ndarray
-    recording: takes.Recording
-    standing: takes.Recording
-    used: frozenset
-    landmarks: dict
-    recognition: str
-    fixed: dict
-    picked: frozenset
-    to_object: np.ndarray | None
-    options: SimpleNamespace
-    notes: list
+    surface: Surface  # of its rest shape in the world
+    own: np.ndarray  # (n, 3) the same vertices in the object's space
+    to_world: np.ndarray  # 4 x 4 between them
+    recording: takes.Recording  # the take
+    standing: takes.Recording  # that which has the reference, which may be the same
+    used: frozenset  # markers that are ticked
+    landmarks: dict  # {marker: landmark or None}
+    recognition: str  # how the names of the markers were known, in words
+    fixed: dict  # {marker: vertex} to be kept
+    picked: frozenset  # the names of those of them that were picked by hand
+    to_object: np.ndarray | None  # 4 x 4 from the markers' world to the object's space, to be kept, or as `align` says
+    options: SimpleNamespace  # OPTIONS, and cutoff_hz, which is None without a filter
+    notes: list  # sentences
 
 
 def problem(obj):

@@ -29,22 +29,14 @@ NOT_CHOSEN = "No take is chosen. Import a motion capture file, and choose its co
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What the Empties of a take say.
+    """What the Empties of a take say."""
 
-    name       of the take
-    labels     m names, as in the file
-    empties    their m objects; not to be kept
-    positions  (f, m, 3) float64, world space; NaN where a marker has no key
-    frames     (f,) float64, of the scene
-    rate_hz    samples a second, as recorded
-    """
-
-    name: str
-    labels: tuple
-    empties: tuple
-    positions: np.ndarray
-    frames: np.ndarray
-    rate_hz: float
+    name: str  # of the take
+    labels: tuple  # m names, as in the file
+    empties: tuple  # their m objects; not to be kept
+    positions: np.ndarray  # (f, m, 3) float64, world space; NaN where a marker has no key
+    frames: np.ndarray  # (f,) float64, of the scene
+    rate_hz: float  # samples a second, as recorded
 
 
 def make(take, frames, scale=1.0):

@@ -24,18 +24,14 @@ COUNT, THICKEST = 3, 0.3
 
 @dataclass(frozen=True, eq=False)
 class Cuff:
-    """Vertices that move as one. f frames; NaN where one of the markers that tell is away.
+    """Vertices that move as one over f frames; NaN where one of the markers that tell is away."""
 
-    segment  of the body; vertices  (k,); centre  (3,) of these at rest; radius of the limb there; turns  (f, 3, 3) from
-    the rest; centres  (f, 3).
-    """
-
-    segment: str
-    vertices: np.ndarray
-    centre: np.ndarray
-    radius: float
-    turns: np.ndarray
-    centres: np.ndarray
+    segment: str  # of the body
+    vertices: np.ndarray  # (k,)
+    centre: np.ndarray  # (3,) of these at rest
+    radius: float  # of the limb there
+    turns: np.ndarray  # (f, 3, 3) from the rest
+    centres: np.ndarray  # (f, 3)
 
 
 def find_cuffs(markers, reference, landmarks, anchors, surface):

@@ -20,18 +20,13 @@ class Slider:
 
 @dataclass(frozen=True, eq=False)
 class MixInput:
-    """The shapes of k shape keys of a mesh of n vertices.
-
-    rest: n x 3 float32; shapes: k x n x 3 float32, with one slider at 1 each
-    masks: k x n float64, how much each shape counts at each vertex, or None where all count fully
-    triangles: m x 3 int32
-    """
+    """The shapes of k shape keys of a mesh of n vertices."""
 
     sliders: tuple
-    rest: np.ndarray
-    shapes: np.ndarray
-    masks: np.ndarray | None
-    triangles: np.ndarray
+    rest: np.ndarray  # n x 3 float32
+    shapes: np.ndarray  # k x n x 3 float32, with one slider at 1 each
+    masks: np.ndarray | None  # k x n float64, how much each shape counts at each vertex; None where all count fully
+    triangles: np.ndarray  # m x 3 int32
 
     @cached_property
     def key(self):

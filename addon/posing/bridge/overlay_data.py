@@ -19,26 +19,17 @@ from . import scene_input, targets
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What was read of an object, and where that is to be seen, in object space.
+    """What was read of an object, and where that is to be seen, in object space."""
 
-    stamp      of what was read, as of object_model
-    anchors    k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides
-    handles    k int32, number of the enabled handle of each
-    tinted     p int32, vertices of the region's faces, as Subdivision shows them; none if no region is set
-    freedom    p float32, how freely these move, 0 to 1
-    corners    q x 3 int32, triangles of them, positions in `tinted`
-    positions  n x 3 float32, where all vertices are to be seen
-    palette    (red, green, blue, alpha) of each enabled handle
-    """
-
-    stamp: object_model.Stamp | None
+    stamp: object_model.Stamp | None  # of what was read
+    #: k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides.
     anchors: np.ndarray
-    handles: np.ndarray
-    tinted: np.ndarray
-    freedom: np.ndarray
-    corners: np.ndarray
-    positions: np.ndarray
-    palette: tuple = ()
+    handles: np.ndarray  # k int32, number of the enabled handle of each
+    tinted: np.ndarray  # p int32, vertices of the region's faces, as Subdivision shows them; none if no region is set
+    freedom: np.ndarray  # p float32, how freely these move, 0 to 1
+    corners: np.ndarray  # q x 3 int32, triangles of them, positions in `tinted`
+    positions: np.ndarray  # n x 3 float32, where all vertices are to be seen
+    palette: tuple = ()  # (red, green, blue, alpha) of each enabled handle
 
     @property
     def points(self):

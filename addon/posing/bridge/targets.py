@@ -15,13 +15,10 @@ from . import control_places, controls
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """positions: k x 3 float64, object space, in the order of the anchors.
+    """Where the k anchors go, in their order."""
 
-    weights: k float64, how much each counts, 0 to 1; None where all count fully.
-    """
-
-    positions: np.ndarray
-    weights: np.ndarray | None
+    positions: np.ndarray  # k x 3 float64, object space
+    weights: np.ndarray | None  # k float64, how much each counts, 0 to 1; None where all count fully
 
     def is_near(self, other, distance):
         """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""

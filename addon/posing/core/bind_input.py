@@ -18,44 +18,27 @@ from .key_examples import KeyExamples
 
 @dataclass(frozen=True, eq=False)
 class BindInput:
-    """The rest mesh and what is fixed of it.
+    """The rest mesh and what is fixed of it. Where there is nothing of a kind, it is None."""
 
-    rest          n x 3 float32, object space
-    face_corners  vertex index of every face corner, int32, faces one after another
-    face_starts   where each face begins in face_corners, int32
-    anchors       k vertex indices, int32, ascending, each once
-    roi           n bool, True may move; anchors may be anywhere
-    method        the solver's, see ids
-    rigidity      how much lengths count; None for methods that do not know it
-    handles       k int32, number of the enabled handle that each anchor belongs to
-    strengths     k float64, stiffness of the springs of soft anchors, infinite for hard ones; None if all are hard
-    border        b vertex indices, int32, ascending: what moves freely in part, where the region is soft; no anchors
-    border_strengths  b float64, stiffness of the springs that hold them to the rest shape. None, both: no soft border
-    planes        p x 4 float64, unit normal and distance of each plane that mirrors the mesh; None if none does. They
-                  stand at right angles to each other
-    twins         p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where
-                  the image is a vertex that the mesh does not have. None if there are no planes
-    loose         what becomes of parts that nothing holds: 'follow' others, or 'stay'
-    examples      KeyExamples, shapes that show how the mesh bends; None if there are none
-    merge_distance  vertices so near to each other are one to the solver; 0: none are
-    """
-
-    rest: np.ndarray
-    face_corners: np.ndarray
-    face_starts: np.ndarray
-    anchors: np.ndarray
-    roi: np.ndarray
-    method: str
-    handles: np.ndarray
-    rigidity: float | None = None
-    strengths: np.ndarray | None = None
-    border: np.ndarray | None = None
-    border_strengths: np.ndarray | None = None
+    rest: np.ndarray  # n x 3 float32, object space
+    face_corners: np.ndarray  # vertex index of every face corner, int32, faces one after another
+    face_starts: np.ndarray  # where each face begins in face_corners, int32
+    anchors: np.ndarray  # k vertex indices, int32, ascending, each once
+    roi: np.ndarray  # n bool, True may move; anchors may be anywhere
+    method: str  # the solver's, see ids
+    handles: np.ndarray  # k int32, number of the enabled handle that each anchor belongs to
+    rigidity: float | None = None  # how much lengths count; None for methods that do not know it
+    strengths: np.ndarray | None = None  # k float64, stiffness of the springs of soft anchors, infinite for hard ones
+    border: np.ndarray | None = None  # b vertices, int32, ascending, no anchors: free in part, where the region is soft
+    border_strengths: np.ndarray | None = None  # b float64, of the springs that hold them to the rest shape
+    #: p x 4 float64, unit normal and distance of each plane that mirrors the mesh; at right angles to each other.
     planes: np.ndarray | None = None
+    #: p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where the image
+    #: is a vertex that the mesh does not have.
     twins: np.ndarray | None = None
-    loose: str = "follow"
-    merge_distance: float = 0.0
-    examples: KeyExamples | None = None
+    loose: str = "follow"  # what becomes of parts that nothing holds: these, or "stay"
+    merge_distance: float = 0.0  # vertices so near to each other are one to the solver; 0: none are
+    examples: KeyExamples | None = None  # shapes that show how the mesh bends
 
     @cached_property
     def fingerprint(self):

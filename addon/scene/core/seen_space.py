@@ -19,19 +19,13 @@ MOST_ROUNDS = 12
 
 @dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """What a rig does, near the rest shape: a vertex that the key moves by d is seen at seen + jacobians @ d.
+    """What a rig does, near the rest shape: a vertex that the key moves by d is seen at seen + jacobians @ d."""
 
-    rest, seen  n x 3 float64
-    jacobians   n x 3 x 3 float64
-    is_affine   whether that holds however far the key moves it
-    size        of the mesh in the rest shape, its bounding-box diagonal
-    """
-
-    rest: np.ndarray
-    seen: np.ndarray
-    jacobians: np.ndarray
-    is_affine: bool
-    size: float
+    rest: np.ndarray  # n x 3 float64
+    seen: np.ndarray  # n x 3 float64
+    jacobians: np.ndarray  # n x 3 x 3 float64
+    is_affine: bool  # whether that holds however far the key moves it
+    size: float  # of the mesh in the rest shape, its bounding-box diagonal
 
     @property
     def reach(self):

@@ -20,20 +20,15 @@ ALIKE, BESIDE = 2.0, 0.5
 
 @dataclass(frozen=True, eq=False)
 class WrapInput:
-    """A mesh whose faces stay, one whose shape it takes, and pairs of points.
+    """A mesh whose faces stay, one whose shape it takes, and k pairs of points; without any, both lie over each other.
+    All in the same space."""
 
-    vertices, triangles  (n, 3) float64, (m, 3) int32 of the mesh that is fitted
-    target, target_triangles  (p, 3) float64, (q, 3) int32 of the other, in the same space
-    picked, points  (k,) distinct vertices of the first, and (k, 3) where they belong on the other; k may be 0: then
-        both lie over each other already
-    """
-
-    vertices: np.ndarray
-    triangles: np.ndarray
-    target: np.ndarray
-    target_triangles: np.ndarray
-    picked: np.ndarray
-    points: np.ndarray
+    vertices: np.ndarray  # (n, 3) float64 of the mesh that is fitted
+    triangles: np.ndarray  # (m, 3) int32
+    target: np.ndarray  # (p, 3) float64 of the other
+    target_triangles: np.ndarray  # (q, 3) int32
+    picked: np.ndarray  # (k,) distinct vertices of the first
+    points: np.ndarray  # (k, 3) where they belong on the other
 
     @cached_property
     def used(self):
