@@ -75,12 +75,15 @@ class ModalOperator(Reporting):
 
 
 class MeshOperator(Reporting):
-    """Mix-in for operators on the mesh that the artist works on. Subclasses define run(obj).
+    """Mix-in for operators on the mesh that the artist works on, or on what else worked_on() finds. Subclasses define
+    run(obj).
 
     run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
     """
 
     bl_options = {'REGISTER', 'UNDO'}
+
+    worked_on = staticmethod(subject.of)
 
     #: Operators that only edit the settings work in every mode.
     needs_object_mode = True
@@ -98,7 +101,7 @@ class MeshOperator(Reporting):
 
     @classmethod
     def poll(cls, context):
-        problem = cls.problem(subject.of(context))
+        problem = cls.problem(cls.worked_on(context))
         if problem:
             cls.poll_message_set(wording.sentence(problem))
         return problem is None
@@ -115,7 +118,7 @@ class MeshOperator(Reporting):
 
     def execute(self, context):
         try:
-            message, warnings = self.run(subject.of(context))
+            message, warnings = self.run(self.worked_on(context))
         except MeanValueError as error:
             return self.refuse(error)
         return self.tell(message, warnings)

@@ -13,58 +13,53 @@ DOUBTFUL, POOR = 1.1, 0.03
 def of_frame(given, frame):
     """Says so where the take has no frame like the one that was asked for; that one is the nearest."""
     frames = given.standing.frames
-    if frames[0] - 1.0 <= given.options.reference_frame <= frames[-1] + 1.0:
-        return []
-    return [
-        f"'{given.standing.name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
-        f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
-    ]
+    if not frames[0] - 1.0 <= given.options.reference_frame <= frames[-1] + 1.0:
+        yield (
+            f"'{given.standing.name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
+            f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
+        )
 
 
 def of_retargeting(given, markers):
-    if given.options.mode != 'RETARGET' or any(label in given.picked for label in markers.labels):
-        return []
-    return [
-        "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured, but "
-        "for legs that are an unusual share of the body. Pick the points of hips, knees, ankles, shoulders, elbows and "
-        "wrists, and match again"
-    ]
+    if given.options.mode == 'RETARGET' and given.picked.isdisjoint(markers.labels):
+        yield (
+            "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured, "
+            "but for legs that are an unusual share of the body. Pick the points of hips, knees, ankles, shoulders, "
+            "elbows and wrists, and match again"
+        )
 
 
 def of_placeless(joints):
     """Says which joints of a skeleton have no handle."""
-    if not joints:
-        return []
-    return [
-        f"Without a known place on the body, and so without a handle: {wording.counted(len(joints), 'joint')} of the "
-        f"skeleton, {wording.quoted(joints)}. They would pull at skin that is not theirs. Choose a Landmark, or pick "
-        "the point, of those that should have one"
-    ]
+    if joints:
+        yield (
+            f"Without a known place on the body, and so without a handle: {wording.counted(len(joints), 'joint')} of "
+            f"the skeleton, {wording.quoted(joints)}. They would pull at skin that is not theirs. Choose a Landmark, "
+            "or pick the point, of those that should have one"
+        )
 
 
 def of_limbs(markers):
     """Says so where names do not tell which markers are on arms and legs."""
     unknown = landmarks.unknown_limbs(markers.landmarks)
-    if not unknown:
-        return []
-    known = sum(1 for place in markers.landmarks if place)
-    return [
-        f"Of {wording.counted(len(markers.labels), 'marker')} the place on the body is known of {known}, and not of "
-        f"those that tell how {wording.listed(unknown)} lie, so these are taken as they are in the reference frame, "
-        "and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, hips (or the "
-        "front of the pelvis) and knees in the list, and match again"
-    ]
+    if unknown:
+        known = sum(1 for place in markers.landmarks if place)
+        yield (
+            f"Of {wording.counted(len(markers.labels), 'marker')} the place on the body is known of {known}, and not "
+            f"of those that tell how {wording.listed(unknown)} lie, so these are taken as they are in the reference "
+            "frame, and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, "
+            "hips (or the front of the pelvis) and knees in the list, and match again"
+        )
 
 
 def of_alignment(found):
     """Says so where an Alignment may be wrong."""
-    if found.certainty >= DOUBTFUL and found.quality <= POOR:
-        return []
     other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
-    return [
-        f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
-        f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
-    ]
+    if other or found.quality > POOR:
+        yield (
+            f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
+            f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
+        )
 
 
 def of_gaps(how):
@@ -76,15 +71,11 @@ def of_gaps(how):
 
 def of_cuffs(found, refused):
     """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
-    told = []
     if found:
-        told.append(
-            f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.segment for cuff in found)}"
-        )
+        yield f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.segment for cuff in found)}"
     if refused:
-        told.append(
+        yield (
             f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
             f"{max(refused.values()):.2g} of their distance from the limb's axis ({cuffs.ROLL:.2g} is allowed), so its "
             "roll is not known. One more marker to the side would tell it"
         )
-    return told

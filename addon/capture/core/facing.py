@@ -7,6 +7,7 @@ forearm is rolled is seen by nothing else of its shape.
 
 import numpy as np
 
+from ...scene.core.rigid import unit
 from . import landmarks as places
 
 #: (outward to its side, forward).
@@ -62,11 +63,7 @@ def hand_of(skin, from_tip, side, height, looks):
     if spread[1] < FLAT * spread[2]:
         return None
     along = points[away < np.quantile(away, 0.2)].mean(axis=0) - points[away > np.quantile(away, 0.8)].mean(axis=0)
-    thumb = _unit(np.cross(axes[2], along))
-    thumb = thumb if thumb @ np.append(_unit(looks), 1.0) > 0.0 else -thumb
-    back = _unit(np.cross(thumb, along))
+    thumb = unit(np.cross(axes[2], along))
+    thumb = thumb if thumb @ np.append(unit(looks), 1.0) > 0.0 else -thumb
+    back = unit(np.cross(thumb, along))
     return (back if side == "L" else -back), thumb
-
-
-def _unit(way):
-    return way / max(np.linalg.norm(way), 1e-300)

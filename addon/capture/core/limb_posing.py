@@ -4,6 +4,7 @@
 import numpy as np
 
 from ...posing.core.region_growth import nearness
+from ...scene.core.rigid import unit
 from . import facing, proportions
 from .hip_centres import hips_of
 from .landmarks import side_of
@@ -55,7 +56,8 @@ def posed_and_actor(markers, landmarks, body):
         if len(hips):
             out = _level(hips[number] - hips[1 - number])
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
-            faces = None if body.is_for_joints else facing.of_limb(landmarks, facing.LEG, out, _ahead(hips))
+            ahead = np.cross(_level(hips[1] - hips[0]), [0.0, 0.0, -1.0])
+            faces = None if body.is_for_joints else facing.of_limb(landmarks, facing.LEG, out, ahead)
             _pose_leg(result, landmarks, side, hips[number], body, is_leg, faces)
     return result, proportions.moved(result, landmarks, body, crotch, proportions.CROTCH)
 
@@ -141,11 +143,5 @@ def _middle(markers, landmarks, side, name):
     return markers[numbers].mean(axis=0) if numbers else None
 
 
-def _ahead(hips):
-    """(3,) unit: where the body looks."""
-    return np.cross(_level(hips[1] - hips[0]), [0.0, 0.0, -1.0])
-
-
 def _level(way):
-    way = way * [1.0, 1.0, 0.0]
-    return way / max(np.linalg.norm(way), 1e-300)
+    return unit(way * [1.0, 1.0, 0.0])

@@ -24,8 +24,6 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
-    if not os.fspath(path):
-        raise MotionFileError(f"No file is chosen. Choose one of {', '.join(SUFFIXES)}")
     path = pathlib.Path(path)
     reader = _READERS.get(path.suffix.lower())
     try:

@@ -5,6 +5,7 @@ import math
 import pathlib
 
 import bpy
+import numpy as np
 from bpy_extras.io_utils import ImportHelper
 
 from ... import compat, wording
@@ -125,7 +126,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             else:
                 rate = scene.render.fps / scene.render.fps_base
             for take in read:
-                frames.append(sample_times.sample_frames(take.frames, take.rate_hz, rate, self.start_frame))
+                frames.append(self.start_frame + np.arange(take.frames) * (rate / take.rate_hz))  # fractional ones, too
                 made.append(takes.make(take, frames[-1], self.scale))
         except BaseException:
             scene.render.fps, scene.render.fps_base = former

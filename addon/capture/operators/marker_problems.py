@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 
 from ... import wording
-from ...errors import MeanValueError, SceneError
+from ...errors import SceneError
 from ...scene.core import sample_times
-from ...widgets.base import Reporting
+from ...widgets.base import MeshOperator
 from ..bridge import marker_pairs, takes
 from ..core import jumps
 
@@ -15,24 +15,14 @@ from ..core import jumps
 MOST = 200
 
 
-class TakeOperator(Reporting):
-    """Mix-in for operators on the take that the artist works on. Subclasses define run(context, take)."""
+class TakeOperator(MeshOperator):
+    """Mix-in for operators on the take that the artist works on."""
 
-    bl_options = {'REGISTER', 'UNDO'}
+    worked_on = staticmethod(takes.chosen)
 
     @classmethod
-    def poll(cls, context):
-        if takes.chosen(context) is None:
-            cls.poll_message_set("No take is chosen. Import a motion capture file, or click one of its markers")
-            return False
-        return True
-
-    def execute(self, context):
-        try:
-            message, warnings = self.run(context, takes.chosen(context))
-        except MeanValueError as error:
-            return self.refuse(error)
-        return self.tell(message, warnings)
+    def problem(cls, take):
+        return "No take is chosen. Import a motion capture file, or click one of its markers" if take is None else None
 
 
 class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
@@ -41,7 +31,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
     bl_idname = "meanvalue.find_marker_problems"
     bl_label = "Find Problems"
 
-    def run(self, context, take):
+    def run(self, take):
         longest = _longest_gap(take)
         count = _list_problems(take, longest)
         if not count:
@@ -59,7 +49,6 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
 
     bl_idname = "meanvalue.swap_markers"
     bl_label = "Swap Markers"
-    bl_options = {'REGISTER', 'UNDO'}
 
     marker: bpy.props.StringProperty(
         name="Marker",
@@ -74,7 +63,7 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
         name="Whole Take", description="In all frames: as if their names were exchanged", options={'SKIP_SAVE'}
     )
 
-    def run(self, context, take):
+    def run(self, take):
         if not self.marker and not self.other:
             self._take_over(take.meanvalue)
         empties = {empty.meanvalue.marker: empty for empty in takes.markers(take)}

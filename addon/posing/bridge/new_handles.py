@@ -77,12 +77,6 @@ def _handle_of(obj, vertex):
     return None
 
 
-def _is_posed(obj, members):
-    """Whether the vertices are shown elsewhere than in the rest shape."""
-    rest, posed = positions(obj, members)
-    return bool(np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj))
-
-
 def toggle_pin(obj, vertex, size, name=""):
     """Lets go of the pin `name`, or of the one that has the vertex, or pins the mesh there: Grab with Shift.
 
@@ -93,7 +87,8 @@ def toggle_pin(obj, vertex, size, name=""):
     if index is not None:
         return _let_go(obj, index)
     members = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
-    is_posed = _is_posed(obj, members)
+    rest, posed = positions(obj, members)
+    is_posed = np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj)
     if is_posed:
         rig_space.measure(obj)  # throws before anything is changed
     handle = add_handle(obj, members, new_name=ids.PIN_GROUP)

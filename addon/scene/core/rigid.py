@@ -41,13 +41,17 @@ def nearest_rotations(matrices):
     return left @ right
 
 
+def unit(vectors):
+    """(..., 3), each 1 long; 0 stays 0."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+
+
 def turns_between(before, after):
     """(..., 3, 3): the least rotations that take directions to others (Rodrigues); half a turn about any axis across.
 
     before, after  (..., 3), of any length above 0.
     """
-    before = before / np.maximum(np.linalg.norm(before, axis=-1, keepdims=True), 1e-300)
-    after = after / np.maximum(np.linalg.norm(after, axis=-1, keepdims=True), 1e-300)
+    before, after = unit(before), unit(after)
     cosine = (before * after).sum(axis=-1)
     axis = np.cross(before, after)
     cross = np.zeros((*axis.shape, 3))

@@ -4,11 +4,6 @@
 import numpy as np
 
 
-def sample_frames(count, rate_hz, frames_per_second, start):
-    """count float64: the scene's frames, fractional ones too, at which the samples were taken. Seconds stay seconds."""
-    return start + np.arange(count) * (frames_per_second / rate_hz)
-
-
 def named(frame):
     """A frame as names and messages show it: "12", "12.5"."""
     return f"{frame:.3f}".rstrip("0").rstrip(".") if frame % 1 else f"{frame:.0f}"

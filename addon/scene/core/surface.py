@@ -4,6 +4,7 @@
 import numpy as np
 
 from ...errors import InvalidMotionError
+from .rigid import unit
 
 #: Triangles in a leaf at most, and points that are looked up in one go.
 LEAF, POINTS = 8, 20_000
@@ -47,7 +48,7 @@ class Surface:
         for corner in range(3):
             np.add.at(result, self.triangles[:, corner], self._crosses)
         result[~result.any(axis=1)] = [0.0, 0.0, 1.0]
-        return _unit(result)
+        return unit(result)
 
     def samples(self, count):
         """(points (count, 3), normals (count, 3)) spread over the surface by area, always the same ones."""
@@ -59,7 +60,7 @@ class Surface:
         rng = np.random.default_rng(0)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         shares = np.stack([1.0 - u, u * (1.0 - v), u * v], axis=1)
-        return np.einsum("kc,kcj->kj", shares, self._corners[chosen]), _unit(self._crosses[chosen])
+        return np.einsum("kc,kcj->kj", shares, self._corners[chosen]), unit(self._crosses[chosen])
 
     def _make_tree(self):
         """_levels: (low, high, triangle near the middle) of the boxes, from the root; _leaves: (l, LEAF) triangles."""
@@ -83,7 +84,7 @@ class Surface:
 
     def _nearest(self, points, normals, cosine):
         """(triangle (k,), barycentric (k, 3), distance (k,)); goes through the tree with all points, level by level."""
-        units = None if normals is None else _unit(self._crosses)
+        units = None if normals is None else unit(self._crosses)
         reach = np.full(len(points), np.inf)  # the surface is no farther than this
         rows, nodes = np.arange(len(points)), np.zeros(len(points), np.int64)
         for depth, (low, high, central) in enumerate(self._levels):
@@ -170,7 +171,3 @@ def nearest_on_triangles(points, corners):
     conditions = [condition for condition, _ in cases]
     otherwise = (one, zero, zero)
     return np.stack([np.select(conditions, [v[k] for _, v in cases], otherwise[k]) for k in range(3)], axis=-1)
-
-
-def _unit(vectors):
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
