@@ -27,7 +27,7 @@ the mesh like them. They stay muted: what is unmuted, the rig would bend twice""
 
     def before(self, prepared):
         with engine.held():
-            for share in prepared.sample(self._object):
+            for share in prepared.sample(self.object):
                 yield "going through the animation", share
 
     def finish(self, obj, prepared, _outcome):
