@@ -110,11 +110,14 @@ TEST(RunOnPool, ACallerSleepsWhileItsHelpersWorkOn) {
     };
     std::atomic<int> begun{0};
     long before = 0;
-    run_on_pool(2, [&](int worker) {
+    const auto caller = std::this_thread::get_id();  // either thread may be worker 0
+    run_on_pool(2, [&](int) {
         ++begun;
         wait_for(begun, 2);
-        if (worker > 0) std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        if (worker == 0) before = sleeps();
+        if (std::this_thread::get_id() != caller)
+            std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        else
+            before = sleeps();
     });
     EXPECT_GT(sleeps(), before);
 }
