@@ -8,6 +8,7 @@ from .. import compat, ids
 from ..errors import SceneError
 from . import mesh_arrays
 from .baked import names_in
+from .core.finite import require_finite
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -49,17 +50,31 @@ def held(obj, name):
     return positions(keys.key_blocks.get(name) or keys.reference_key)
 
 
+def checked(obj, name):
+    """n x 3 float32 of the shape key `name`. @throws SceneError if it does not fit the mesh, or is gone."""
+    keys = obj.data.shape_keys
+    if keys is None or name not in keys.key_blocks:
+        raise SceneError(f"Shape key '{name}' was deleted meanwhile. Try again")
+    found = _fitting(obj.data, keys.key_blocks[name])
+    require_finite(found, f"shape key '{name}'")
+    return found
+
+
 def rest_positions(mesh):
     """n x 3 float32: the reference key (Basis) if there are shape keys, else the vertices."""
     if mesh.shape_keys is None:
         return mesh_arrays.vertex_positions(mesh)
-    rest = positions(mesh.shape_keys.reference_key)
-    if len(rest) != len(mesh.vertices):
+    return _fitting(mesh, mesh.shape_keys.reference_key)
+
+
+def _fitting(mesh, key):
+    found = positions(key)
+    if len(found) != len(mesh.vertices):
         raise SceneError(
-            f"The Basis shape key has {len(rest):,} points, the mesh has {len(mesh.vertices):,} vertices. "
-            "Enter and leave Edit Mode once, so that Blender makes them agree"
+            f"Shape key '{key.name}' has {len(found):,} points, the mesh has {len(mesh.vertices):,} vertices. Enter "
+            "and leave Edit Mode once, so that Blender makes them agree"
         )
-    return rest
+    return found
 
 
 def absolute_problem(obj):

@@ -57,7 +57,9 @@ class MixReading:
         """Reads for about so long. Returns whether all is read. @throws SceneError."""
         until = time.monotonic() + seconds
         while len(self._shapes) < len(self._sliders):
-            self._shapes.append(_shape(obj, self._sliders[len(self._shapes)].name))
+            name = self._sliders[len(self._shapes)].name
+            self._shapes.append(shape_keys.checked(obj, name))
+            _require_extent(name, self._shapes[-1])
             if time.monotonic() >= until:
                 return False
         return self._weights.go_on(obj, until - time.monotonic())
@@ -88,22 +90,6 @@ def gather(obj):
     reading = MixReading(obj)
     reading.go_on(obj)
     return reading.result(obj)
-
-
-def _shape(obj, name):
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(name) if keys else None
-    if key is None:
-        raise SceneError(f"Shape key '{name}' was deleted meanwhile. Try again")
-    shape = shape_keys.positions(key)
-    if len(shape) != len(obj.data.vertices):
-        raise SceneError(
-            f"Shape key '{name}' has {len(shape):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
-            "and leave Edit Mode once, so that Blender makes them agree"
-        )
-    require_finite(shape, f"shape key '{name}'")
-    _require_extent(name, shape)
-    return shape
 
 
 def _require_extent(name, shape):

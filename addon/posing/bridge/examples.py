@@ -4,7 +4,6 @@
 from ... import ids
 from ...errors import SceneError
 from ...scene import shape_keys
-from ...scene.core.finite import require_finite
 from ..core.key_examples import KeyExamples
 
 
@@ -47,10 +46,10 @@ def gather(obj, rest, weights):
         return None
     if obj.meanvalue.method != ids.METHOD_FAST:
         raise SceneError("Pose Like needs the method Fast. Choose it in Advanced, or choose Nothing in Pose Like")
-    if obj.data.shape_keys is not None and not obj.data.shape_keys.use_relative:
+    if shape_keys.absolute_problem(obj):
         raise SceneError(shape_keys.ABSOLUTE)
     used = keys(obj)
-    points = {name: _points(obj, name) for name in dict.fromkeys(name for key in used for name in key[:2])}
+    points = {name: shape_keys.checked(obj, name) for name in dict.fromkeys(name for key in used for name in key[:2])}
     masks = {group: weights[group] for _name, _relative, group in used if group in weights}
     found = KeyExamples(keys=used, rest=rest, points=points, masks=masks)
     if not found.names and like == ids.LIKE_RIG:
@@ -64,14 +63,3 @@ def gather(obj, rest, weights):
             "not muted, or choose Nothing in Advanced > Pose Like"
         )
     return found
-
-
-def _points(obj, name):
-    points = shape_keys.held(obj, name)
-    if len(points) != len(obj.data.vertices):
-        raise SceneError(
-            f"Shape key '{name}' has {len(points):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
-            "and leave Edit Mode once, so that Blender makes them agree"
-        )
-    require_finite(points, f"shape key '{name}'")
-    return points

@@ -101,7 +101,7 @@ class KeyReading:
         until = time.monotonic() + seconds
         while self._unread:
             name = self._unread.pop(0)
-            self._points[name] = _points(obj, name)
+            self._points[name] = shape_keys.checked(obj, name)
             if time.monotonic() >= until:
                 return False
         return self._weights.go_on(obj, until - time.monotonic())
@@ -131,18 +131,6 @@ def gather(obj):
     reading = KeyReading(obj)
     reading.go_on(obj)
     return reading.result(obj)
-
-
-def _points(obj, name):
-    """n x 3 float32 of a key. @throws SceneError."""
-    points = shape_keys.held(obj, name)
-    if len(points) != len(obj.data.vertices):
-        raise SceneError(
-            f"Shape key '{name}' has {len(points):,} points, the mesh has {len(obj.data.vertices):,} vertices. Enter "
-            "and leave Edit Mode once, so that Blender makes them agree"
-        )
-    require_finite(points, f"shape key '{name}'")
-    return points
 
 
 def values(obj, names):
