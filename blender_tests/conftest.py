@@ -68,3 +68,11 @@ def native():
 def status(part):
     """status(obj): (what the panel says of live posing, whether it is a problem)."""
     return lambda obj: part("live.engine").status(obj) or ("", False)
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """(object, control, path of its cache) of an animated tube in a saved file."""
+    from support import baking
+
+    return baking.saved_tube(tmp_path)

@@ -2,7 +2,7 @@
 """The command line of `./dev demo`. No bpy."""
 
 import argparse
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from . import common_options
@@ -62,23 +62,6 @@ class Motion:
     axis: tuple = (0.0, 0.0, 1.0)
     angle_deg: float = 0.0
     centre: tuple = None
-
-
-@dataclass(frozen=True)
-class Options:
-    """The checked command line. `file` None asks for the built-in meshes."""
-
-    file: Path
-    output: Path
-    engine: str
-    samples: int
-    camera_deg: tuple = None  # azimuth, elevation
-    up: str = None  # a key of UP_AXES; None: as the file or its importer has it
-    object_name: str = None
-    anchors: list = field(default_factory=list)
-    roi: str = None
-    motions: list = field(default_factory=list)
-    only: str = None
 
 
 def build_parser():
@@ -157,37 +140,28 @@ def add_picture_options(group):
 
 
 def parse(argv):
-    """Options from the words of the command line; leaves with a message and status 2 if they make no sense."""
+    """The words of the command line, checked, with `anchors` and `motions`; no `file` asks for the built-in meshes.
+
+    Leaves with a message and status 2 if they make no sense.
+    """
     parser = build_parser()
     words = common_options.parse(parser, argv)
     if words.file is not None:
         words.file = common_options.typed(words.file)
     try:
-        anchors = parse_anchors(words)
-        motions = [parse_rotation(rotation, anchors) for rotation in words.rotate]
-        motions += [parse_move(move, anchors) for move in words.move]
-        check_file(words, anchors)
+        words.anchors = parse_anchors(words)
+        words.motions = [parse_rotation(rotation, words.anchors) for rotation in words.rotate]
+        words.motions += [parse_move(move, words.anchors) for move in words.move]
+        check_file(words)
     except ValueError as error:
         parser.error(str(error))
-    return Options(
-        file=words.file,
-        output=words.output,
-        engine=words.engine,
-        samples=words.samples,
-        camera_deg=tuple(words.camera) if words.camera else None,
-        up=words.up,
-        object_name=words.object,
-        anchors=anchors,
-        roi=words.roi,
-        motions=motions,
-        only=words.only,
-    )
+    return words
 
 
-def check_file(words, anchors):
+def check_file(words):
     """@throws ValueError when FILE and the other options do not fit together."""
     if words.file is None:
-        if anchors or words.move or words.rotate or words.roi or words.object or words.up:
+        if words.anchors or words.motions or words.roi or words.object or words.up:
             raise ValueError(
                 "anchors, region and pose need a FILE, before the other options; "
                 "without one the built-in meshes are posed"

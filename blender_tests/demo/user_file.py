@@ -34,7 +34,7 @@ def user_subject(options):
     for anchor in options.anchors:
         make_group(obj, anchor, rest)
     groups = tuple(anchor.name for anchor in options.anchors)
-    view = View() if options.camera_deg is None else View(*options.camera_deg)
+    view = View() if options.camera is None else View(*options.camera)
     return Subject(
         title=f"{options.file.name}, {len(groups)} anchor group{'s' if len(groups) > 1 else ''}",
         file_stem=options.file.stem,
@@ -47,7 +47,7 @@ def user_subject(options):
 
 
 def load(options):
-    """The mesh object that options.file and options.object_name mean."""
+    """The mesh object that options.file and options.object mean."""
     suffix = options.file.suffix.lower()
     if suffix == ".blend":
         try:
@@ -82,10 +82,10 @@ def choose_object(options):
     """The named, else the active, else the only mesh object of the view layer."""
     meshes = {obj.name: obj for obj in bpy.context.view_layer.objects if obj.type == "MESH"}
     names = ", ".join(f"'{name}'" for name in meshes) or "none"
-    if options.object_name is not None:
-        if options.object_name not in meshes:
-            raise DemoError(f"{options.file} has no mesh object '{options.object_name}'; its mesh objects: {names}")
-        return meshes[options.object_name]
+    if options.object is not None:
+        if options.object not in meshes:
+            raise DemoError(f"{options.file} has no mesh object '{options.object}'; its mesh objects: {names}")
+        return meshes[options.object]
     active = bpy.context.view_layer.objects.active
     if active is not None and active.name in meshes and (options.file.suffix.lower() == ".blend" or len(meshes) == 1):
         return active

@@ -9,11 +9,12 @@ import functools
 import numpy as np
 import pytest
 
-meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-from addon.posing.core import mesh_problems  # noqa: E402
-from addon.posing.core.bind_input import BindInput  # noqa: E402
-from blender_tests.support import mesh_files, messy_variants  # noqa: E402
+from addon.posing.core import mesh_problems
+from addon.posing.core.bind_input import BindInput
+from blender_tests.support import mesh_files, messy_variants
+from blender_tests.support.native_calls import bound
 
 #: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
 MOST_FREE = 4000
@@ -31,19 +32,6 @@ def given(vertices, triangles, anchors, pieces=None, **options):
         handles=np.zeros(len(anchors), np.int32) if pieces is None else np.asarray(pieces, np.int32),
         rigidity=15.0,
         **options,
-    )
-
-
-def bound(bind_input, triangles):
-    whole = bind_input.solver_mesh
-    return meanvalue.Deformer(
-        whole.rest,
-        whole.triangles(triangles),
-        whole.anchors,
-        roi=None if whole.roi.all() else whole.roi,
-        handles=whole.handles,
-        rigidity=bind_input.rigidity,
-        loose=bind_input.loose,
     )
 
 

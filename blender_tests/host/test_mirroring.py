@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/posing/core/solver_mesh.py: a part of a body, solved with its images, is the body solved as a whole."""
 
-import meanvalue
 import numpy as np
 import pytest
+from support import native_calls
 from support.mirrored_bodies import body, part
 
 from addon.errors import SceneError
@@ -72,16 +72,7 @@ def three_handles(vertices):
 
 def solved(given, triangles, positions, weights=None):
     """n x 3 and the Deformer: as session.solve_steps."""
-    whole = given.solver_mesh
-    deformer = meanvalue.Deformer(
-        whole.rest,
-        whole.triangles(triangles),
-        whole.anchors,
-        roi=None if whole.roi.all() else whole.roi,
-        handles=whole.handles,
-        rigidity=given.rigidity,
-        strengths=whole.strengths,
-    )
+    whole, deformer = given.solver_mesh, native_calls.bound(given, triangles)
     solution = deformer.solve(whole.targets(positions), weights=whole.weights(weights))
     return whole.cut_back(solution.vertices), solution, deformer
 

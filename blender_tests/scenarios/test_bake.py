@@ -7,14 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 from support import armatures, bent_limb, handles, installed, marked_tube, meshes, steps
-from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save, saved_tube
-
-
-@pytest.fixture
-def saved(tmp_path):
-    """(object, control, path of its cache) of an animated tube in a saved file."""
-    return saved_tube(tmp_path)
-
+from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save
 
 # -- what plays ------------------------------------------------------------------------------------------------------
 

@@ -7,15 +7,8 @@ import bpy
 import numpy as np
 import pytest
 from support import meshes, steps
-from support.baking import FRAMES, animated_tube, bake, curves, played, rows, save, saved_tube
+from support.baking import FRAMES, animated_tube, bake, curves, played, rows, save
 from support.snapshot import assert_same, snapshot
-
-
-@pytest.fixture
-def saved(tmp_path):
-    """(object, control, path of its cache) of an animated tube in a saved file."""
-    return saved_tube(tmp_path)
-
 
 # -- refusals --------------------------------------------------------------------------------------------------------
 

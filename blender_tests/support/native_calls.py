@@ -56,3 +56,18 @@ def cancelled_while_solving(call):
     thread.join()
     assert execution.cancelled
     return isinstance(outcome[0], str)
+
+
+def bound(bind_input, triangles):
+    """A Deformer of a BindInput, as session.bind_steps() makes it."""
+    whole = bind_input.solver_mesh
+    return meanvalue.Deformer(
+        whole.rest,
+        whole.triangles(triangles),
+        whole.anchors,
+        roi=None if whole.roi.all() else whole.roi,
+        handles=whole.handles,
+        rigidity=bind_input.rigidity,
+        strengths=whole.strengths,
+        loose=bind_input.loose,
+    )

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from support import installed, meshes, tasks
 from support.baking import animated_tube, played, rows, save
+from support.interface import tube
 from support.snapshot import assert_same, snapshot
 
 FRAMES = 120
@@ -24,10 +25,6 @@ def _tube(ui, live=False):
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")
     return folder
-
-
-def tube():
-    return bpy.data.objects["Tube"]
 
 
 def cache_of(folder):

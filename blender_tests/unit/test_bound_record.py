@@ -4,15 +4,12 @@
 import bpy
 import pytest
 from support import meshes, steps
+from support.handles import update
 
 
 @pytest.fixture
 def problem(part):
     return part("posing.bridge.bound_record").problem
-
-
-def update():
-    bpy.context.view_layer.update()
 
 
 def test_what_is_done_to_handles_and_mesh_is_shown(problem, part):
