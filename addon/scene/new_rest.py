@@ -2,7 +2,6 @@
 """The pose becomes the rest shape."""
 
 from .. import compat, wording
-from ..errors import SceneError
 from . import shape_keys
 
 #: Rooms say what they have made of a rest shape: functions of an object to (names of their shape keys, what the artist
@@ -15,12 +14,7 @@ def become(obj):
 
     Returns notes, as sentences. @throws SceneError if there is no result.
     """
-    shape = shape_keys.result_positions(obj)
-    if shape is None:
-        raise SceneError(
-            f"There is no pose to apply: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with "
-            "Live on, or press Solve"
-        )
+    shape = shape_keys.pose_to_use(obj)
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)

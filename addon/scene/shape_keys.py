@@ -180,6 +180,17 @@ def result_positions(obj):
     return shape if len(shape) == len(obj.data.vertices) else None
 
 
+def pose_to_use(obj):
+    """As result_positions(). @throws SceneError if there is none."""
+    shape = result_positions(obj)
+    if shape is None:
+        raise SceneError(
+            f"There is no pose to use: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with Live "
+            "on, or press Solve"
+        )
+    return shape
+
+
 #: Rooms say here which other keys show the pose: modules with names(obj) of these, and positions(obj), n x 3 float32 as
 #: they show the mesh; None where the result does.
 stand_ins = []

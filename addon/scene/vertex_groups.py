@@ -146,13 +146,6 @@ def _is_used_by_another(obj, name):
     return any(name in settings.handles or name == settings.roi_group for settings in others)
 
 
-def replace_members(obj, group, indices):
-    """The group gets the vertices `indices` with weight 1 and loses all others."""
-    weights = np.zeros(len(obj.data.vertices))
-    weights[indices] = 1.0
-    replace_weights(obj, group, weights)
-
-
 def replace_weights(obj, group, weights):
     """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others.
 

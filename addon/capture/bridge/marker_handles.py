@@ -106,7 +106,9 @@ def _give_members(obj, handle, vertices):
     """Has the handle hold these vertices, and no other. Its group is made again where the artist took it away."""
     if handle.name not in obj.vertex_groups:
         handle.name = handle.made_group = vertex_groups.make(obj, handle.marker or handle.cuff).name
-    vertex_groups.replace_members(obj, obj.vertex_groups[handle.name], vertices)
+    weights = np.zeros(len(obj.data.vertices))
+    weights[vertices] = 1.0
+    vertex_groups.replace_weights(obj, obj.vertex_groups[handle.name], weights)
 
 
 def _control_of(obj, handle, name, shape, size):

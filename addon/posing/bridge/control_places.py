@@ -44,7 +44,8 @@ def placement(obj, handle):
     place = np.linalg.inv(world) @ world_of(handle)
     if not follows_rig(obj, handle):
         return place, False
-    parent_inverse = _evaluated_parent_inverse(handle)
+    depsgraph, control = bpy.context.view_layer.depsgraph, handle.control
+    parent_inverse = _parent_inverse(control if depsgraph is None else control.evaluated_get(depsgraph))
     if not np.array_equal(parent_inverse, motion.IDENTITY):
         place = motion.affine(frame_of(handle)) @ np.linalg.inv(parent_inverse) @ place
     return place, True
@@ -83,13 +84,8 @@ def follows_rig(obj, handle):
     return motion.same(_parent_inverse(control), np.array(handle.control_carried, np.float64).reshape(4, 4))
 
 
-def _evaluated_parent_inverse(handle):
-    """4 x 4: what takes the control's channels to the object's space, as it was evaluated last."""
-    depsgraph = bpy.context.view_layer.depsgraph
-    return _parent_inverse(handle.control if depsgraph is None else handle.control.evaluated_get(depsgraph))
-
-
 def _parent_inverse(control):
+    """4 x 4: what takes the control's channels to the object's space."""
     return np.array(control.matrix_parent_inverse, np.float64)
 
 

@@ -64,12 +64,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     )
 
     def use(self, obj):
-        shape = shape_keys.result_positions(obj)
-        if shape is None:
-            raise SceneError(
-                f"There is no result to keep: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle "
-                "with Live on, or press Solve"
-            )
+        shape = shape_keys.pose_to_use(obj)
         name = shape_keys.add_shape(obj, self.name.strip() or ids.KEPT_KEY, shape).name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         return f"The pose is kept as shape key '{name}'", []
