@@ -11,11 +11,6 @@ import bpy
 from . import installed
 
 
-def tube():
-    """The tube of support.handles or support.meshes, looked up on every call: references do not survive undo."""
-    return bpy.data.objects["Tube"]
-
-
 class Timers:
     """In place of bpy.app.timers. Time goes on by `seconds` for every step of run()."""
 

@@ -9,7 +9,6 @@ import bpy
 import numpy as np
 from support import installed, meshes, tasks
 from support.baking import animated_tube, played, rows, save
-from support.interface import tube
 from support.snapshot import assert_same, snapshot
 
 FRAMES = 120
@@ -25,6 +24,10 @@ def _tube(ui, live=False):
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")
     return folder
+
+
+def tube():
+    return bpy.data.objects["Tube"]
 
 
 def cache_of(folder):

@@ -5,7 +5,12 @@ import bpy
 import numpy as np
 from support import handles, meshes
 from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
-from support.interface import is_settled, tube
+from support.interface import is_settled
+
+
+def tube():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Tube"]
 
 
 def control():

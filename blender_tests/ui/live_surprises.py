@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens while the mesh follows: undo, renaming, deleting, other windows' edits, adjusting an operator."""
 
+import contextlib
 import time
-from unittest import mock
 
 import bpy
 import numpy as np
@@ -64,6 +64,7 @@ def keep_pose_of_a_drag_that_is_not_settled(ui):
     assert np.abs(offset - (1.0, 0.0, 0.0)).max() < 1e-3, offset[0]
 
 
+@contextlib.contextmanager
 def _slowly(seconds):
     """Each solve takes so much longer."""
     session = installed.part("solver.session")
@@ -75,7 +76,11 @@ def _slowly(seconds):
         yield tasks.Until(lambda: time.monotonic() >= until)
         return outcome
 
-    return mock.patch.object(session, "solve_steps", late)
+    session.solve_steps = late
+    try:
+        yield
+    finally:
+        session.solve_steps = solve_steps
 
 
 def _begin(ui):

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
 
-
-from unittest import mock
+import contextlib
 
 import bpy
 import numpy as np
@@ -72,6 +71,7 @@ def escape_during_a_solve(ui):
     yield from ui.wait_until(lambda: sheet().data.shape_keys, "it is solved when it is let")
 
 
+@contextlib.contextmanager
 def _solving_until_cancelled():
     """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
     session = installed.part("solver.session")
@@ -81,7 +81,11 @@ def _solving_until_cancelled():
         yield tasks.Until(lambda: execution.cancelled)
         return (yield from solve_steps(*arguments, execution=execution, **options))
 
-    return mock.patch.object(session, "solve_steps", late)
+    session.solve_steps = late
+    try:
+        yield
+    finally:
+        session.solve_steps = solve_steps
 
 
 def a_slow_drag_ends_with_the_answer(ui):

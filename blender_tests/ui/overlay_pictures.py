@@ -8,9 +8,13 @@ pictures are for looking at.
 import bpy
 from harness import view
 from support import meshes, steps
-from support.interface import tube
 
 SEGMENTS = 24
+
+
+def tube():
+    """Looked up on every call: references do not survive undo."""
+    return bpy.data.objects["Tube"]
 
 
 def _set_up(ui):

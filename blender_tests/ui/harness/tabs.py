@@ -2,7 +2,6 @@
 """Opens a tab of the sidebar. Blender before 4.2 tells neither which is open nor where they are."""
 
 import bpy
-from support import installed
 
 from . import view
 
@@ -35,17 +34,6 @@ def open_tab(category, click):
         bpy.utils.unregister_class(probe)
     view.redraw()
     yield
-
-
-def open_room(ui, room):
-    """Opens the add-on's tab with the panel of one room open, and the parts around it closed."""
-    own = installed.part(f"{room}.panel").CLASSES
-    for panel in (*installed.part("posing.ui.panel").CLASSES, *own):
-        if hasattr(panel, "bl_parent_id"):
-            bpy.utils.unregister_class(panel)
-            panel.bl_options = set() if panel in own else {'DEFAULT_CLOSED'}
-            bpy.utils.register_class(panel)
-    yield from ui.open_tab("Mean-Value")
 
 
 def _categories():
