@@ -105,7 +105,10 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     """
     mesh = bind_input.solver_mesh
     anchors, held = _held(mesh, bind_input)
-    examples = bind_input.examples
+    examples = []  # shapes, and the names of their keys
+    if bind_input.examples is not None and known is None:
+        names = bind_input.examples.names
+        examples = [(shape, names[number]) for shape, number in mesh.examples(bind_input.examples.shapes())]
     try:
         if known is not None:
             deformer = yield from steps(known.deformer.start_rebind, anchors, execution=execution, **held)
@@ -119,12 +122,12 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
                 method=bind_input.method,
                 loose=bind_input.loose,
                 portable=portable,
-                examples=None if examples is None else [mesh.start(shape) for shape in examples.shapes()],
+                examples=[shape for shape, _ in examples] or None,
                 execution=execution,
                 **held,
             )
     except SolverError as error:
-        refusal = _refused_example(error, examples)
+        refusal = _refused_example(error, [name for _, name in examples])
         if refusal is None:
             raise
         raise refusal from error
@@ -197,12 +200,15 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
     return mesh.cut_back_rows(sequence.vertices), sequence
 
 
-def _refused_example(error, examples):
-    """The SolverError that names shape keys in place of numbers of examples; None if `error` is of something else."""
+def _refused_example(error, names):
+    """The SolverError that names shape keys in place of numbers of examples; None if `error` is of something else.
+
+    names: of the key that each example is of
+    """
     reason = error.__cause__
-    if examples is None or "examples[" not in str(reason):
+    if "examples[" not in str(reason):
         return None
-    named = re.sub(r"examples\[(\d+)\]", lambda found: f"shape key '{examples.names[int(found[1])]}'", str(reason))
+    named = re.sub(r"examples\[(\d+)\]", lambda found: f"shape key '{names[int(found[1])]}'", str(reason))
     return SolverError(REFUSED_EXAMPLE.format(named))
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/sliders/core/key_shapes.py: what shape keys do, as Blender mixes them and as the solver is told."""
+"""addon/scene/core/key_shapes.py: what shape keys do, as Blender mixes them and as the solver is told."""
 
 import numpy as np
 import pytest
 
-from addon.sliders.core.key_shapes import KeyShapes, Slider
+from addon.scene.core.key_shapes import KeyShapes, Slider
 
 COUNT = 300
 

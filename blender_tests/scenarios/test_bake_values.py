@@ -159,6 +159,29 @@ def test_a_handle_without_influence_is_a_gap(face):
     assert is_near(face, truth, 0.05)
 
 
+def test_two_handles_will_do_and_hold_their_mirror_images(face):
+    """Of a symmetric face one side is held, by fewer points than a shape of its own needs."""
+    keys, names = face.data.shape_keys.key_blocks, list(faces.KEYS)
+    for key in keys[1:]:
+        key.mute = key.name not in {"browUp_L", "browUp_R"}
+    left, right = (names.index(f"browUp_{side}") for side in "LR")
+    offset = np.linalg.norm(steps.key_positions(face, "browUp_L") - faces.rest()[0], axis=1)
+    vertex = int(offset.argmax())
+    meshes.activate(face)
+    control = steps.add_handle(face, "Brow", [vertex], live=False)
+    moved = steps.key_positions(face, "browUp_L")[vertex] - faces.rest()[0][vertex]
+    start = np.array(control.location)
+    for frame, share in ((1, 0.0), (30, 0.8), (60, 0.2)):
+        control.location = start + share * moved
+        control.keyframe_insert("location", frame=frame)
+    meshes.activate(face)
+    face.meanvalue.symmetric = 'X'
+    assert bake() == {'FINISHED'}
+    found = marked_face.keyed(face, [1, 30, 60])
+    np.testing.assert_allclose(found[:, left], (0.0, 0.8, 0.2), atol=0.05)
+    np.testing.assert_allclose(found[:, right], found[:, left], atol=0.05)
+
+
 def test_range_and_tolerance(face):
     with_handles(face, faces.values())
     assert bake(frame_range='OWN', frame_start=10, frame_end=30, tolerance=0.0) == {'FINISHED'}

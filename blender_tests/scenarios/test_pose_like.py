@@ -105,6 +105,44 @@ def test_with_merged_vertices_and_a_plane_of_symmetry(limb):
     assert solve(limb) < 0.75 * alone
 
 
+def arms(rest, upper, lower):
+    """Two limbs along z that meet at 0, each bent about x in its middle."""
+    elbow = 0.5 * np.where(rest[:, 2] < 0.0, -1.0, 1.0) * rest[:, 2].max()
+    height = rest[:, 2] - elbow
+    share = np.clip(np.sign(elbow) * height / 1.2 + 0.5, 0.0, 1.0)
+    turn = np.where(elbow > 0.0, upper, -lower) * share
+    y = np.cos(turn) * rest[:, 1] - np.sin(turn) * height
+    return np.stack([rest[:, 0], y, np.sin(turn) * rest[:, 1] + np.cos(turn) * height + elbow], axis=1)
+
+
+def test_one_arm_is_an_example_for_both_where_they_are_symmetric():
+    obj = meshes.tube(RINGS, SEGMENTS)
+    rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
+    rest[:, 2] -= 0.5 * (rest[:, 2].min() + rest[:, 2].max())
+    obj.data.vertices.foreach_set("co", rest.astype(np.float32).ravel())
+    one = add_key(obj, "One Arm", arms(rest, 1.5, 0.0))
+    mean = add_key(obj, "Mean", 0.5 * (arms(rest, 1.5, 0.0) + arms(rest, 0.0, 1.5)))
+    add_key(obj, "Asked", arms(rest, 1.0, 1.0)).mute = True
+    middle = RINGS // 2 * SEGMENTS
+    steps.add_handle(obj, "Middle", range(middle - SEGMENTS, middle + 2 * SEGMENTS), pin=True)
+    steps.add_handle(obj, "End", range((RINGS - 2) * SEGMENTS, RINGS * SEGMENTS), pin=True)
+    obj.meanvalue.symmetric = 'Z'
+    alone = solve(obj)
+    obj.meanvalue.pose_like = 'SHAPE_KEYS'
+    one.mute = True
+    with_mean = solve(obj)
+    one.mute, mean.mute = False, True
+    with_one = solve(obj)
+    print(f"alone {alone:.4f}, the mean {with_mean:.4f}, one arm {with_one:.4f}")
+    assert with_one < 0.75 * min(alone, with_mean)
+    other = add_key(obj, "Other Arm", arms(rest, 0.0, 1.5))  # its image is there already
+    assert solve(obj) == pytest.approx(with_one, rel=0.02)
+    other.data.foreach_set("co", arms(rest, 1.5, 0.0).astype(np.float32).ravel())
+    obj.data.update_tag()
+    with steps.refused("'One Arm'", "'Other Arm'"):
+        bpy.ops.meanvalue.bind()
+
+
 def test_live_follows_an_edited_key(limb):
     limb.meanvalue.pose_like = 'SHAPE_KEYS'
     meshes.activate(limb)

@@ -14,7 +14,7 @@ from .clips import HandleClip
 def bind(obj, reading=None):
     """@throws SceneError, StaleBindingError."""
     posing = Posing(obj, reading)
-    _require_evaluated(obj)
+    require_evaluated(obj)
     return posing
 
 
@@ -59,7 +59,7 @@ def _is_freed(control):
     return control.meanvalue.influence != 1.0 or len(keyed) > 0
 
 
-def _require_evaluated(obj):
+def require_evaluated(obj):
     """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
     layer = bpy.context.view_layer.layer_collection
     for each in (obj, *(handle.control for handle in _with_controls(obj))):

@@ -4,11 +4,11 @@
 from ... import ids
 from ...errors import SceneError
 from ...scene import shape_keys
-from ..core.key_examples import KeyExamples
+from ...scene.core.key_shapes import KeyShapes, Slider
 
 
 def keys(obj):
-    """((name, relative key, vertex group), ...) as of KeyExamples; empty where nothing is posed like them.
+    """The Sliders of these keys; empty where nothing is posed like them.
 
     Own Shape Keys are without muted keys, what the add-on itself writes, and poses that were kept, as long as they have
     their first name. Cheap enough for drawing.
@@ -25,7 +25,7 @@ def keys(obj):
         return is_own and not key.mute
 
     return tuple(
-        (key.name, key.relative_key.name, key.vertex_group)
+        Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group)
         for key in found.key_blocks
         if key != found.reference_key and is_example(key)
     )
@@ -33,11 +33,11 @@ def keys(obj):
 
 def groups(obj):
     """Names of the vertex groups that say how much the keys count where."""
-    return {group for _name, _relative, group in keys(obj) if group}
+    return {key.group for key in keys(obj) if key.group}
 
 
 def gather(obj, rest, weights):
-    """The KeyExamples of `obj`, or None where it is posed like nothing. @throws SceneError.
+    """The KeyShapes of `obj`, or None where it is posed like nothing. @throws SceneError.
 
     rest: n x 3 float32; weights: {vertex group: n float64} of at least groups()
     """
@@ -49,9 +49,10 @@ def gather(obj, rest, weights):
     if shape_keys.absolute_problem(obj):
         raise SceneError(shape_keys.ABSOLUTE)
     used = keys(obj)
-    points = {name: shape_keys.checked(obj, name) for name in dict.fromkeys(name for key in used for name in key[:2])}
-    masks = {group: weights[group] for _name, _relative, group in used if group in weights}
-    found = KeyExamples(keys=used, rest=rest, points=points, masks=masks)
+    names = dict.fromkeys(name for key in used for name in (key.name, key.relative))
+    points = {name: shape_keys.checked(obj, name) for name in names}
+    masks = {key.group: weights[key.group] for key in used if key.group in weights}
+    found = KeyShapes(sliders=used, rest=rest, points=points, masks=masks).with_effect()
     if not found.names and like == ids.LIKE_RIG:
         raise SceneError(
             f"No poses of the rig of '{obj.name}' are sampled. Press Sample Rig Poses, or choose Nothing in Advanced > "

@@ -112,9 +112,10 @@ def start_reading(obj):
     return HandleReading(obj)
 
 
-def gather(obj, reading=None):
+def gather(obj, reading=None, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 
+    to_bind: whether it has to do for the solver, and not only to tell what handles hold
     reading: a HandleReading since which the object was not edited; gone on with if it is not finished, and left alone
     if it does not fit.
     """
@@ -160,7 +161,8 @@ def gather(obj, reading=None):
         merge_distance=settings.merge_distance,
         examples=examples.gather(obj, rest, reading.weights),
     )
-    bind_input.check()
+    if to_bind:
+        bind_input.check()
     return bind_input
 
 

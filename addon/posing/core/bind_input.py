@@ -10,10 +10,10 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points
 from ...scene.core.finite import require_finite
+from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
 from . import springs, welding
-from .key_examples import KeyExamples
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class BindInput:
     twins: np.ndarray | None = None
     loose: str = "follow"  # what becomes of parts that nothing holds: these, or "stay"
     merge_distance: float = 0.0  # vertices so near to each other are one to the solver; 0: none are
-    examples: KeyExamples | None = None  # shapes that show how the mesh bends
+    examples: KeyShapes | None = None  # shapes that show how the mesh bends
 
     @cached_property
     def fingerprint(self):

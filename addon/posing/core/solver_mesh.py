@@ -16,9 +16,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ...scene.core.fixed_points import bounding_box_diagonal
 from ...scene.core.mirror_planes import reflection
 from . import connected, welding
 from .agreed_motion import agreed
+
+#: Of the mesh's size: shapes that are nearer to each other are one.
+SAME_SHAPE = 1e-3
 
 
 def of(bind_input):
@@ -49,6 +53,11 @@ class PlainMesh:
 
     def _as_it_is(self, values):
         return values
+
+    @staticmethod
+    def examples(shapes):
+        """[(n x 3 float64, number of the shape)] of n x 3 shapes."""
+        return [(shape, number) for number, shape in enumerate(shapes)]
 
     triangles = without_images = targets = met = weights = start = cut_back = cut_back_rows = _as_it_is
 
@@ -215,12 +224,37 @@ class SolverMesh:
 
     def start(self, positions):
         """n x 3 of the mesh to N x 3 float64 to begin from; None for None."""
-        if positions is None:
-            return None
-        moves = np.concatenate([_turned(positions - self._of.rest, turn) for turn in self._turns])
-        images = self._images.ravel()
+        return None if positions is None else self._moved(positions, range(len(self._turns)))
+
+    def _moved(self, positions, elements):
+        """N x 3 float64: the mean of what some images of n x 3 positions say."""
+        moves = np.concatenate([_turned(positions - self._of.rest, self._turns[element]) for element in elements])
+        images = self._images[list(elements)].ravel()
         sums = np.stack([np.bincount(images, column) for column in moves.T], axis=1)
         return self.rest + sums / np.bincount(images)[:, None]
+
+    def examples(self, shapes):
+        """[(N x 3 float64, number of the shape)] of n x 3 shapes.
+
+        One that is the same on both sides is made so to the last bit. Of the others, where planes repeat the mesh, the
+        images count too, unless a shape is like them: what a left arm shows holds for the right one.
+        """
+        near = SAME_SHAPE * bounding_box_diagonal(self.rest)
+        is_repeated = not any(is_double for _, is_double in self._counts_before)
+        found, one_sided = [], []
+        for number, shape in enumerate(shapes):
+            on_both_sides = self.start(shape)
+            own = self._moved(shape, [0]) if is_repeated else on_both_sides
+            is_symmetric = np.abs(own - on_both_sides).max(initial=0.0) <= near
+            found.append((on_both_sides if is_symmetric else own, number))
+            if not is_symmetric:
+                one_sided.append((shape, number))
+        for shape, number in one_sided:
+            for element in range(1, len(self._turns)):
+                image = self._moved(shape, [element])
+                if all(np.abs(image - each).max(initial=0.0) > near for each, _ in found):
+                    found.append((image, number))
+        return found
 
     def cut_back(self, positions):
         """N x 3 of the solver mesh to the mesh's n x 3 float64, symmetric."""

@@ -157,7 +157,9 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity = layout.row()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
-        layout.prop(settings, "pose_like")
+        like = layout.row()
+        like.active = not any(each.names(subject.of(context)) for each in shape_keys.stand_ins)
+        like.prop(settings, "pose_like")
         if settings.pose_like == ids.LIKE_RIG:
             layout.operator("meanvalue.sample_rig_poses", icon='ARMATURE_DATA')
         count = scene_input.example_count(subject.of(context))

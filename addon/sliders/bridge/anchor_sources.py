@@ -27,6 +27,7 @@ from ...posing.bridge import scene_input, targets
 from ...scene import frames
 from ...scene.core import motion
 from ..core import marked_face
+from ..core.key_drive import DriveInput
 from . import head_motion
 
 #: Fewer leave open how the head is turned.
@@ -43,13 +44,14 @@ class HandleAnchors:
     problem = staticmethod(scene_input.unheld_problem)
     start_reading = staticmethod(scene_input.start_reading)
 
-    def __init__(self, obj, scene, options, reading):
-        """@throws SceneError, StaleBindingError."""
-        self._bind_input = handle_source.bind(obj, reading).bind_input
+    def __init__(self, obj, scene, options, reading, shapes):
+        """@throws SceneError."""
+        self._drive = DriveInput(scene_input.gather(obj, reading, to_bind=False), shapes)
+        handle_source.require_evaluated(obj)
         self._scene_name, self._options = scene.name, options
         handles = targets.enabled_handles(obj)
-        self.names = [handles[number].name for number in self._bind_input.handles]
-        self.anchors = self._bind_input.anchors
+        self.names = [handles[number].name for number in self._drive.handles]
+        self.anchors = self._drive.anchors
         self.offsets = np.zeros((len(self.anchors), 3))
         self.frames = sampling.times_of(scene, obj, SimpleNamespace(**vars(options), step=1, samples=1))
         self.notes = list(handle_source.notes(obj))
@@ -59,13 +61,12 @@ class HandleAnchors:
 
         def read():
             obj = find()
-            return handle_source.row(obj, self._bind_input), head_motion.pair(obj, self._options)
+            return handle_source.row(obj, self._drive.bind_input), head_motion.pair(obj, self._options)
 
         read_rows = yield from frames.visit(bpy.data.scenes[self._scene_name], self.frames, read)
         rows, pairs = (np.array(part) for part in zip(*read_rows, strict=True))
-        numbers = self._bind_input.handles
-        self.weights = rows[..., 3] / np.bincount(numbers)[numbers]  # each handle counts the same
-        self.targets, self.pairs = rows[..., :3], pairs
+        self.weights = self._drive.weights(rows[..., 3])
+        self.targets, self.pairs = self._drive.targets(rows[..., :3]), pairs
 
 
 class MarkerAnchors:
@@ -80,7 +81,7 @@ class MarkerAnchors:
         """Nothing of the vertex groups is needed."""
         return
 
-    def __init__(self, obj, scene, options, _reading):
+    def __init__(self, obj, scene, options, _reading, _shapes):
         self._scene_name, self._options = scene.name, options
         self._reference = match_input.reference_frame(obj)
 

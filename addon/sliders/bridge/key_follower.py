@@ -40,7 +40,7 @@ class DriveReading:
 
     def result(self, obj):
         handles, keys = self._parts
-        return DriveInput(scene_input.gather(obj, handles), keys.result(obj))
+        return DriveInput(scene_input.gather(obj, handles, to_bind=False), keys.result(obj))
 
     @staticmethod
     def shapes(found):

@@ -10,7 +10,7 @@ from ... import compat, wording
 from ...errors import SceneError
 from ...scene import shape_keys, vertex_groups
 from ...scene.core.finite import require_finite
-from ..core.key_shapes import KeyShapes, Slider
+from ...scene.core.key_shapes import KeyShapes, Slider
 
 
 def sorted_out(obj):

@@ -29,7 +29,7 @@ class ValueBaking:
         self.options = options
         self.shapes = key_shapes.gather(obj)
         self._size = fixed_points.bounding_box_diagonal(self.shapes.rest)
-        self.source = SOURCES[options.source](obj, scene, options, reading)
+        self.source = SOURCES[options.source](obj, scene, options, reading, self.shapes)
         self._require_room(obj)
         self.solved = self.fit = None
         self.curves = {}

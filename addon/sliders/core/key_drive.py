@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ...posing.core.bind_input import BindInput
+from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.mirror_planes import reflection
-from .key_shapes import KeyShapes
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +43,23 @@ class DriveInput:
         """K vertex indices: the handles', behind them their images."""
         return np.concatenate([self.bind_input.anchors, *(vertices for _, vertices, _, _ in self._images)])
 
+    @property
+    def handles(self):
+        """K: number of the handle that each anchor belongs to, itself or by what it mirrors."""
+        handles = self.bind_input.handles
+        return np.concatenate([handles, *(handles[seen] for seen, _, _, _ in self._images)])
+
     def targets(self, positions):
-        """(K, 3) for (k, 3) of the handles' anchors."""
-        images = (positions[seen] @ matrix.T + vector for seen, _, matrix, vector in self._images)
-        return np.concatenate([positions, *images])
+        """(..., K, 3) for (..., k, 3) of the handles' anchors."""
+        images = (positions[..., seen, :] @ matrix.T + vector for seen, _, matrix, vector in self._images)
+        return np.concatenate([positions, *images], axis=-2)
 
     def weights(self, counts=None):
-        """(K,): how much each counts; counts: k, from 0 to 1, of the handles' anchors, None for all."""
+        """(..., K): how much each counts; counts: (..., k), from 0 to 1, of the handles' anchors, None for all."""
         handles = self.bind_input.handles
         weights = 1.0 / np.bincount(handles)[handles]
         weights = weights if counts is None else weights * counts
-        return np.concatenate([weights, *(weights[seen] for seen, _, _, _ in self._images)])
+        return np.concatenate([weights, *(weights[..., seen] for seen, _, _, _ in self._images)], axis=-1)
 
     def farthest(self, residuals):
         """(number of the handle, distance): the handle that is missed the most, by the mean of (K, 3) residuals."""

@@ -5,17 +5,18 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 
 from ..rig.run import turn
 
-#: Degrees by which arms are lowered, elbows bent, thighs lifted, knees bent on the left; the right has those of the row
-#: three further down. The rig's own animation, and poses that are not in it.
+#: Degrees by which arms are lowered and swung forward, elbows bent, thighs lifted, knees bent on the left; the right
+#: has those of the row three further down. The rig's own animation, and poses that are not in it.
 ANIMATED = (
-    (-50, 20, 0, 0), (40, 90, 40, 60), (60, 30, 80, 100), (0, 130, 20, 90), (-30, 110, 60, 20),
-    (70, 0, 0, 120), (20, 60, 90, 40), (50, 120, 30, 30), (-60, 60, 50, 110), (10, 20, 70, 70),
+    (-50, 0, 20, 0, 0), (40, 30, 90, 40, 60), (60, -30, 30, 80, 100), (0, 50, 130, 20, 90), (-30, 0, 110, 60, 20),
+    (70, 40, 0, 0, 120), (20, -40, 60, 90, 40), (50, 60, 120, 30, 30), (-60, 20, 60, 50, 110), (10, -20, 20, 70, 70),
 )  # fmt: skip
-ASKED = ((30, 75, 50, 80), (-20, 100, 70, 50), (55, 50, 15, 100))
+ASKED = ((30, 20, 75, 50, 80), (-20, 0, 100, 70, 50), (55, -10, 50, 15, 100))
+STRAIGHT = 0.05  # sine of the angle of an elbow
 EVERY = 10  # frames from one pose to the next
 
 #: Over the length of the upper limb: how big the handles are at ends and joints, and what counts as around a joint.
@@ -51,12 +52,25 @@ def bend(armature, names, poses, number):
     bpy.context.view_layer.update()
     for side, sign in (("L", 1.0), ("R", -1.0)):
         shift = 0 if side == "L" else 3
-        lowered, elbow, lifted, knee = poses[(number + shift) % len(poses)]
-        lower = Matrix.Rotation(np.radians(sign * lowered), 3, 'Y')
-        turn(armature, f"{names.upper_arm}.{side}", (0.0, 1.0, 0.0), sign * lowered)
-        turn(armature, f"{names.forearm}.{side}", tuple(lower.col[2]), -sign * elbow)
+        lowered, swung, elbow, lifted, knee = poses[(number + shift) % len(poses)]
+        swing = Matrix.Rotation(np.radians(-swung), 3, 'X') @ Matrix.Rotation(np.radians(sign * lowered), 3, 'Y')
+        upper_arm, forearm = (armature.data.bones[f"{bone}.{side}"] for bone in (names.upper_arm, names.forearm))
+        end = armature.data.bones[f"{names.arm_end}.{side}"].tail_local
+        hinge = elbow_hinge(forearm.head_local - upper_arm.head_local, end - forearm.head_local)
+        turn(armature, upper_arm.name, (0.0, 1.0, 0.0), sign * lowered)
+        turn(armature, upper_arm.name, (1.0, 0.0, 0.0), -swung)
+        turn(armature, forearm.name, tuple(swing @ Vector(hinge)), elbow)
         turn(armature, f"{names.thigh}.{side}", (1.0, 0.0, 0.0), -lifted)
         turn(armature, f"{names.shank}.{side}", (1.0, 0.0, 0.0), knee)
+
+
+def elbow_hinge(upper_arm, forearm):
+    """(3,): the axis about which an elbow bends, forward where it is straight; (3,) along both bones."""
+    upper_arm, forearm = (np.array(along) / np.linalg.norm(along) for along in (upper_arm, forearm))
+    axis = np.cross(upper_arm, forearm)
+    if np.linalg.norm(axis) < STRAIGHT:
+        axis = np.cross(upper_arm, (0.0, -1.0, 0.0))
+    return axis / np.linalg.norm(axis)
 
 
 def animate(armature, names):
@@ -67,6 +81,14 @@ def animate(armature, names):
         for bone in bones:
             armature.pose.bones[bone].keyframe_insert("rotation_quaternion", frame=1 + EVERY * number)
     bpy.context.scene.frame_end = 1 + EVERY * (len(ANIMATED) - 1)
+
+
+def rest(armature):
+    """Takes the animation off the rig."""
+    armature.animation_data_clear()
+    for posed in armature.pose.bones:
+        posed.matrix_basis = Matrix.Identity(4)
+    bpy.context.view_layer.update()
 
 
 def holds(figure, names):

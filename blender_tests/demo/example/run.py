@@ -5,7 +5,6 @@ import time
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 from support import mesh_files, meshes
 
 from .. import common_options, pictures, pose, report, scene_mesh, stage
@@ -54,7 +53,7 @@ def one(figure, words, empty_scene):
     pose.call(bpy.ops.meanvalue.sample_rig_poses, count=len(limbs.ANIMATED))
     sampled = time.perf_counter() - began
     count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
-    rest(armature)
+    limbs.rest(armature)
     hold(figure, obj, names, truths)
     shapes, seconds = {}, {}
     for like in ("NOTHING", "RIG"):
@@ -81,14 +80,6 @@ def skinned(obj, armature, names):
         limbs.bend(armature, names, limbs.ASKED, number)
         found.append(meshes.seen(obj).astype(float))
     return found
-
-
-def rest(armature):
-    """Takes the animation off the rig."""
-    armature.animation_data_clear()
-    for posed_bone in armature.pose.bones:
-        posed_bone.matrix_basis = Matrix.Identity(4)
-    bpy.context.view_layer.update()
 
 
 def hold(figure, obj, names, truths):

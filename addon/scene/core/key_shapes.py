@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shape keys that may be driven, as Blender mixes them: in straight lines, `rest + sum of value * offset`."""
+"""Shape keys that are driven, or show how a mesh bends, as Blender mixes them: `rest + sum of value * offset`."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -90,6 +90,11 @@ class KeyShapes:
         """(s,) int: the vertex that each slider moves the farthest."""
         offsets = (self.offset(number) for number in range(len(self.sliders)))
         return np.array([(offset**2).sum(axis=1).argmax() for offset in offsets], np.int64)
+
+    def shapes(self):
+        """The n x 3 float64 shape with each of the sliders at 1, one after the other."""
+        for number in range(len(self.sliders)):
+            yield self.rest + self.offset(number)
 
     def with_effect(self):
         """The KeyShapes of the sliders that move something; the others are left alone."""
