@@ -44,6 +44,24 @@ def blocks(words, empty_scene):
 def one(figure, words, empty_scene):
     """Poses, draws and measures one body; returns its lines of the report."""
     empty_scene()
+    obj, truths, shapes, seconds = carry(figure)
+    count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"example_{figure.stem}.blend"), check_existing=False)
+    path = words.output / f"example_{figure.stem}.png"
+    draw(path, obj, [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]], words)
+    rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
+    for name, (without, with_them) in errors(figure, truths, shapes).items():
+        rows.append((name, f"{without:.2%} without, {with_them:.2%} with: {with_them / without:.2f} of it"))
+    rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
+    rows.append(("files", f"{path.name}, example_{figure.stem}.blend"))
+    return report.block(figure.title, rows)
+
+
+def carry(figure):
+    """Poses a figure without and with examples: (object, truths, {pose_like: shapes}, {stage: seconds}).
+
+    truths, shapes: (n, 3) for each of limbs.ASKED
+    """
     names = limbs.NAMES[figure.stem]
     obj, armature = add_body(figure)
     truths = skinned(obj, armature, names)
@@ -51,26 +69,17 @@ def one(figure, words, empty_scene):
     began = time.perf_counter()
     bpy.context.view_layer.objects.active = obj
     pose.call(bpy.ops.meanvalue.sample_rig_poses, count=len(limbs.ANIMATED))
-    sampled = time.perf_counter() - began
-    count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
+    seconds = {"sampling": time.perf_counter() - began}
     limbs.rest(armature)
     hold(figure, obj, names, truths)
-    shapes, seconds = {}, {}
-    for like in ("NOTHING", "RIG"):
+    shapes = {}
+    for like, stage_name in (("NOTHING", "posing"), ("RIG", "with examples")):
         obj.meanvalue.pose_like = like
         began = time.perf_counter()
         pose.call(bpy.ops.meanvalue.bind)
         shapes[like] = [posed(obj, number) for number in range(len(truths))]
-        seconds[like] = time.perf_counter() - began
-    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"example_{figure.stem}.blend"), check_existing=False)
-    path = words.output / f"example_{figure.stem}.png"
-    draw(path, obj, [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]], words)
-    rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
-    rows += errors(figure, names, truths, shapes)
-    words_on_time = f"sampling {sampled:.1f}, posing {seconds['NOTHING']:.1f}, with examples {seconds['RIG']:.1f}"
-    rows.append(("seconds", words_on_time))
-    rows.append(("files", f"{path.name}, example_{figure.stem}.blend"))
-    return report.block(figure.title, rows)
+        seconds[stage_name] = time.perf_counter() - began
+    return obj, truths, shapes, seconds
 
 
 def skinned(obj, armature, names):
@@ -100,18 +109,18 @@ def posed(obj, number):
     return pose.positions(obj, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key])
 
 
-def errors(figure, names, truths, shapes):
-    """Rows of the report: without and with examples, of the whole and around joints."""
+def errors(figure, truths, shapes):
+    """{where: (without, with examples)}: of the whole and around joints, over the figure's height."""
     height = np.ptp(figure.vertices[:, 2])
-    rows = []
-    for name, members in {"off skinning": slice(None), **limbs.joints(figure, names)}.items():
-        without, with_examples = (
+    parts = {"off skinning": slice(None), **limbs.joints(figure, limbs.NAMES[figure.stem])}
+    return {
+        name: tuple(
             np.mean([rms(shape[members], truth[members]) for shape, truth in zip(shapes[like], truths, strict=True)])
+            / height
             for like in ("NOTHING", "RIG")
         )
-        ratio = with_examples / without
-        rows.append((name, f"{without / height:.2%} without, {with_examples / height:.2%} with: {ratio:.2f} of it"))
-    return rows
+        for name, members in parts.items()
+    }
 
 
 def rms(shape, truth):

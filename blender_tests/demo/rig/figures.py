@@ -28,9 +28,9 @@ class Figure:
     turns: tuple
 
 
-def walker():
-    """The figure of the walking demo, in its T-pose."""
-    body = figure_body.body(spacing=0.0125)
+def walker(spacing=0.0125):
+    """The figure of the walking demo, in its T-pose; spacing: metres between vertices."""
+    body = figure_body.body(spacing=spacing)
     joints, _ = walking_figure.upright(1, body.legs)
     at = {name: place[0] for name, place in joints.items()}
     ends = {
