@@ -8,24 +8,17 @@
 namespace meanvalue::tests {
 namespace {
 
-struct FakeWorkspace : Workspace {
-    explicit FakeWorkspace(std::size_t held) : held_bytes(held) {}
-    std::size_t bytes() const override { return held_bytes; }
-
-    std::size_t held_bytes;
-};
-
 class FakeDecoder : public Decoder {
   public:
     explicit FakeDecoder(std::size_t workspace_bytes, EncodedRegion shape = {})
         : Decoder(shape, 1), workspace_bytes_(workspace_bytes) {}
     std::unique_ptr<Workspace> make_workspace(const Execution&) const override {
         ++made_;
-        return std::make_unique<FakeWorkspace>(workspace_bytes_);
+        return std::make_unique<Workspace>();
     }
     DecodeReport decode(const DecodeOptions&, Workspace&, Positions&, Execution&) const override { return {}; }
     Index row_count() const override { return 0; }
-    std::size_t bytes() const override { return 0; }
+    MemoryUse memory() const override { return {0, workspace_bytes_}; }
     std::vector<Index> level_sizes() const override { return {}; }
     Index longest_ring() const override { return 0; }
     int made() const { return made_; }

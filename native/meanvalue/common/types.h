@@ -27,12 +27,6 @@ using TrianglesView = Eigen::Ref<const Triangles>;
 /// Seconds spent in each named stage.
 using Timings = std::map<std::string, double>;
 
-/// Memory that vectors hold, in bytes.
-template <typename... Items>
-std::size_t bytes_of(const std::vector<Items>&... vectors) {
-    return (std::size_t{0} + ... + (vectors.capacity() * sizeof(Items)));
-}
-
 /// The diagonal of the axis-aligned box about all rows; 0 without any.
 inline double bounding_box_diagonal(const PositionsView& positions) {
     return positions.rows() == 0 ? 0.0 : (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();

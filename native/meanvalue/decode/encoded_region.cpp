@@ -8,14 +8,6 @@
 
 namespace meanvalue {
 
-std::size_t RegionShape::bytes() const {
-    return encoding.bytes() + static_cast<std::size_t>(region.positions.size()) * sizeof(double) +
-           (region.vertices.size() + region.faces.size() + rings.offsets.size() + rings.vertices.size()) *
-               sizeof(Index) +
-           elimination_order.size() * sizeof(Index) + (stiff_rings ? stiff_rings->bytes() : 0) +
-           (examples ? examples->bytes() : 0);
-}
-
 std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples) {
     auto shape = std::make_shared<RegionShape>();

@@ -30,8 +30,6 @@ struct RegionShape {
     std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods
     std::optional<ExampleShapes> examples;  ///< or none
     Timings timings;                        ///< seconds by stage
-
-    std::size_t bytes() const;
 };
 
 /// A region with what is fixed in it.

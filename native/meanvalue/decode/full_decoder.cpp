@@ -18,19 +18,21 @@ constexpr double kNegligibleMove = 1e-12;
 }  // namespace
 
 struct FullDecoder::FullWorkspace : Workspace {
-    FullWorkspace(GaussNewtonSystem::Workspace of_system, SparseCholesky of_factor, std::size_t held)
-        : system(std::move(of_system)), cholesky(std::move(of_factor)), held_bytes(held) {}
-    std::size_t bytes() const override { return held_bytes; }
+    FullWorkspace(GaussNewtonSystem::Workspace of_system, SparseCholesky of_factor)
+        : system(std::move(of_system)), cholesky(std::move(of_factor)) {}
 
     GaussNewtonSystem::Workspace system;
     SparseCholesky cholesky;
-    std::size_t held_bytes;
 };
 
 std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& execution) const {
-    return std::make_unique<FullWorkspace>(
-        system_->make_workspace(execution), analysed_.with_same_pattern(),
-        system_->workspace_bytes() + (analysed_.analysed() ? analysed_.bytes() : 0));
+    return std::make_unique<FullWorkspace>(system_->make_workspace(execution), analysed_.with_same_pattern());
+}
+
+MemoryUse FullDecoder::memory() const {
+    constexpr std::size_t kBound = 4400;
+    constexpr std::size_t kWorkspace = 2400;
+    return {kBound * unknowns_.free.size(), kWorkspace * unknowns_.free.size() + analysed_.bytes()};
 }
 
 FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)

@@ -41,18 +41,15 @@ std::string describe_end(const MinimiseReport& base, const MinimiseReport& coars
 }  // namespace
 
 struct PaperDecoder::PaperWorkspace : Workspace {
-    PaperWorkspace(GaussNewtonSystem::Workspace of_coarse, GaussNewtonSystem::Workspace of_base, std::size_t held)
-        : coarse(std::move(of_coarse)), base(std::move(of_base)), held_bytes(held) {}
-    std::size_t bytes() const override { return held_bytes; }
+    PaperWorkspace(GaussNewtonSystem::Workspace of_coarse, GaussNewtonSystem::Workspace of_base)
+        : coarse(std::move(of_coarse)), base(std::move(of_base)) {}
 
     GaussNewtonSystem::Workspace coarse;
     GaussNewtonSystem::Workspace base;
-    std::size_t held_bytes;
 };
 
 std::unique_ptr<Workspace> PaperDecoder::make_workspace(const Execution& execution) const {
-    return std::make_unique<PaperWorkspace>(coarse_->make_workspace(execution), base_->make_workspace(execution),
-                                            coarse_->workspace_bytes() + base_->workspace_bytes());
+    return std::make_unique<PaperWorkspace>(coarse_->make_workspace(execution), base_->make_workspace(execution));
 }
 
 PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& execution)
@@ -174,9 +171,10 @@ MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, int threads
     return minimise(*coarse_, workspace.coarse, cholesky, coarse_unknowns_, options, positions, execution);
 }
 
-std::size_t PaperDecoder::bytes() const {
-    return shape_->bytes() + removals_->bytes() + hierarchy_.bytes() + coarse_->bytes() + base_->bytes() +
-           relaxation_->bytes();
+MemoryUse PaperDecoder::memory() const {
+    constexpr std::size_t kBound = 850;
+    constexpr std::size_t kWorkspace = 250;
+    return {kBound * fine_.free.size(), kWorkspace * fine_.free.size()};
 }
 
 }  // namespace meanvalue

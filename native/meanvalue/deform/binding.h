@@ -86,7 +86,7 @@ struct BindReport {
     std::vector<Index> carriers;        ///< of each of these: the one that carries it along (LooseParts), or -1
     std::vector<Index> part_of;         ///< n: the part of each vertex, of `components`
     Timings timings;                    ///< seconds by stage
-    std::size_t bytes = 0;              ///< held by what was bound
+    std::size_t bytes = 0;              ///< held by what was bound and a workspace, estimated
 };
 
 }  // namespace meanvalue

@@ -177,7 +177,7 @@ void BoundMesh::fill_report(Components components) {
     }
     for (const auto& [stage, seconds] : decoder_->bind_timings())
         report_.timings[stage] += seconds;
-    report_.bytes = decoder_->bytes() + loose_parts_.bytes();
+    report_.bytes = decoder_->memory().bound + decoder_->memory().workspace;
 }
 
 void BoundMesh::check_weights(const std::vector<double>& weights) const {

@@ -19,13 +19,10 @@ Solution::~Solution() = default;
 
 struct Deformer::State {
     State(const Binding& binding, Execution& execution, const BoundMesh* earlier)
-        : bound(binding, execution, earlier), workspaces(bound.decoder()), report(bound.report()) {
-        report.bytes += WorkspacePool::Loan(workspaces, execution).workspace().bytes();
-    }
+        : bound(binding, execution, earlier), workspaces(bound.decoder()) {}
 
     const BoundMesh bound;
     WorkspacePool workspaces;
-    BindReport report;
 };
 
 struct Deformer::Drag::State {
@@ -49,7 +46,7 @@ Binding Deformer::binding_again() const {
 }
 
 const BindReport& Deformer::report() const {
-    return state_->report;
+    return bound().report();
 }
 
 const BoundMesh& Deformer::bound() const {

@@ -94,13 +94,4 @@ void LooseParts::carry(const PositionsView& rest, Scalar* positions, int threads
 template void LooseParts::carry(const PositionsView&, double*, int, const Execution&) const;
 template void LooseParts::carry(const PositionsView&, float*, int, const Execution&) const;
 
-std::size_t LooseParts::bytes() const {
-    std::size_t total = bytes_of(carriers_, vertices_, patch_of_);
-    for (const LoosePatch& patch : patches_) {
-        const std::size_t points = patch.contact.points.size() + patch.around.points.size();
-        total += sizeof(patch) + (points + patch.edges.size()) * (sizeof(Index) + sizeof(double));
-    }
-    return total;
-}
-
 }  // namespace meanvalue

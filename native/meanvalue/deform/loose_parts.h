@@ -38,8 +38,6 @@ class LooseParts {
     template <typename Scalar>
     void carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const;
 
-    std::size_t bytes() const;
-
   private:
     std::vector<Index> carriers_;
     std::vector<LoosePatch> patches_;

@@ -28,7 +28,8 @@ std::unique_ptr<Workspace> WorkspacePool::take(const Execution& execution) {
 
 void WorkspacePool::give_back(std::unique_ptr<Workspace> workspace) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
-    const std::size_t most = std::clamp(kMostBytes / std::max<std::size_t>(workspace->bytes(), 1), kFewest, kMost);
+    const std::size_t bytes = std::max<std::size_t>(decoder_.memory().workspace, 1);
+    const std::size_t most = std::clamp(kMostBytes / bytes, kFewest, kMost);
     if (lock && idle_.size() < std::min(most, idle_.capacity())) idle_.push_back(std::move(workspace));
 }
 

@@ -36,9 +36,4 @@ std::map<std::string, std::vector<Index>> Encoding::guarded_by_reason() const {
     return result;
 }
 
-std::size_t Encoding::bytes() const {
-    return bytes_of(ring_offsets, ring, weights, cotangents, heights, softening, guarded, guard_reasons, steep_offset,
-                    steep_weights);
-}
-
 }  // namespace meanvalue

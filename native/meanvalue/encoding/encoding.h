@@ -65,8 +65,6 @@ struct Encoding {
 
     /// The vertices that each reason applies to, by the reason's name.
     std::map<std::string, std::vector<Index>> guarded_by_reason() const;
-    /// Memory held, in bytes.
-    std::size_t bytes() const;
 };
 
 }  // namespace meanvalue

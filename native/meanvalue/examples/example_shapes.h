@@ -23,13 +23,6 @@ struct ExampleShapes {
     SurfaceFunctions functions;
     ExampleSpace whole;  ///< on the whole mesh
 
-    std::size_t bytes() const {
-        std::size_t sum = functions.bytes() + whole.bytes();
-        for (const Positions& shape : shapes)
-            sum += static_cast<std::size_t>(shape.size()) * sizeof(double);
-        return sum;
-    }
-
   private:
     static std::vector<Positions> of_region(const Region& region, const std::vector<SharedPositions>& examples,
                                             const Execution& execution) {

@@ -224,9 +224,4 @@ void ExampleSpace::weights_at(Index vertex, const ExampleWeights& weights, doubl
     std::copy_n(of_examples.data(), count_, shares + 1);
 }
 
-std::size_t ExampleSpace::bytes() const {
-    return functions_.bytes() +
-           bytes_of(cells_.edges, cell_weights_, differences_, softening_, steep_weights_, sample_);
-}
-
 }  // namespace meanvalue

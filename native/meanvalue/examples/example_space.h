@@ -41,8 +41,6 @@ class ExampleSpace {
     /// What the rest shape and each example count at a vertex, e + 1 numbers that sum to one.
     void weights_at(Index vertex, const ExampleWeights& weights, double* shares) const;
 
-    std::size_t bytes() const;
-
   private:
     /// What an example has in place of what the rest shape has, of a half-edge.
     struct Difference {

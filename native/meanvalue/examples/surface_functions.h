@@ -26,8 +26,6 @@ class SurfaceFunctions {
     const Value* begin(Index vertex) const { return values_.data() + start_[vertex]; }
     const Value* end(Index vertex) const { return values_.data() + start_[vertex + 1]; }
 
-    std::size_t bytes() const { return bytes_of(start_, values_); }
-
   private:
     Index count_ = 0;
     std::vector<std::size_t> start_;  // n + 1

@@ -322,11 +322,4 @@ Index Hierarchy::longest_ring() const {
     return longest;
 }
 
-std::size_t Hierarchy::bytes() const {
-    std::size_t sum = order.capacity() * sizeof(Index) + soft_merges.capacity() * sizeof(SoftMerge);
-    for (const Level& level : levels)
-        sum += level.encoding.bytes() + level.splits.bytes();
-    return sum;
-}
-
 }  // namespace meanvalue

@@ -54,11 +54,6 @@ struct RemovalLog {
     std::vector<char> is_fixed;  ///< n, as the following were then
     FixedParts fixed_parts;
     FixedParts soft_parts;
-
-    std::size_t bytes() const {
-        return turns.capacity() * sizeof(Turn) + is_fixed.capacity() +
-               (fixed_parts.part.capacity() + soft_parts.part.capacity()) * (sizeof(Index) + 1);
-    }
 };
 
 /// The mesh at one moment of the coarsening.
@@ -87,7 +82,6 @@ struct Hierarchy {
     void carry(int coarse, int fine, const PositionsView& rest, Positions& positions, int threads,
                const Execution& execution) const;
     Index longest_ring() const;  ///< of all rings in `levels`
-    std::size_t bytes() const;
 };
 
 /// Removes vertices by half-edge collapses, cheapest first, and encodes the shape along that order. A collapse is

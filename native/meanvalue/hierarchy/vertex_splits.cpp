@@ -83,12 +83,6 @@ Index Splits::longest_ring() const {
     return static_cast<Index>(longest);
 }
 
-std::size_t Splits::bytes() const {
-    return (vertices.capacity() + ring.capacity() + batches.capacity()) * sizeof(Index) +
-           offsets.capacity() * sizeof(std::size_t) + closed.capacity() +
-           (weights.capacity() + heights.capacity() + softening.capacity()) * sizeof(double);
-}
-
 SplitRecorder::SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {
     // Enough for most meshes, so that it need not be copied while it grows; what stays unused costs nothing.
     constexpr std::size_t kUsualRing = 6;

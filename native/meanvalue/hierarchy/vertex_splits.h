@@ -35,7 +35,6 @@ struct Splits {
     /// 1987). Less exact than equation 13, but details seldom fold where a ring is a sliver. @param rest n x 3.
     void carry(const PositionsView& rest, Positions& positions, int threads, const Execution& execution) const;
     Index longest_ring() const;
-    std::size_t bytes() const;
 };
 
 /// Takes splits down in the order of removal, and gives them out in that of use.

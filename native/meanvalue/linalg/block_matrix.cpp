@@ -74,24 +74,4 @@ void BlockMatrix::add_to_diagonal(double amount) {
     }
 }
 
-double BlockMatrix::largest_on_diagonal() const {
-    double largest = 0.0;
-    for (Index column = 0; column < block_column_count(); ++column) {
-        const std::int64_t stride = kSize * (block_start_[column + 1] - block_start_[column]);
-        const double* first = matrix_.valuePtr() + kSize * kSize * block_start_[column];
-        for (int c = 0; c < kSize; ++c)
-            largest = std::max(largest, first[c * stride + c]);
-    }
-    return largest;
-}
-
-std::size_t BlockMatrix::bytes() const {
-    return pattern_bytes() + static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(double);
-}
-
-std::size_t BlockMatrix::pattern_bytes() const {
-    return static_cast<std::size_t>(matrix_.nonZeros()) * sizeof(std::int64_t) +
-           block_row_.capacity() * sizeof(Index) + block_start_.capacity() * sizeof(std::int64_t);
-}
-
 }  // namespace meanvalue

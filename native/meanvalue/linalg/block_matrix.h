@@ -41,7 +41,6 @@ class BlockMatrix {
     /// Adds scale * values[position] * I to every block; @param values one number a block.
     void add_identity_multiples(const std::vector<double>& values, double scale);
     void add_to_diagonal(double amount);
-    double largest_on_diagonal() const;
 
     /// A matrix with the same blocks, of which none is set. @throws Cancelled.
     BlockMatrix with_same_pattern(const Execution& execution) const;
@@ -49,8 +48,6 @@ class BlockMatrix {
     const SparseMatrix& matrix() const { return matrix_; }
     std::int64_t block_count() const { return block_start_.back(); }
     Index block_column_count() const { return static_cast<Index>(block_start_.size()) - 1; }
-    std::size_t bytes() const;
-    std::size_t pattern_bytes() const;  ///< of one whose numbers are never set
 
   private:
     void take_room(const Execution& execution);

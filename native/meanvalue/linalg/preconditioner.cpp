@@ -151,8 +151,4 @@ const std::vector<float>& DiagonalDowndate::column_of(Index row) const {
     return columns_[std::find(known_rows_.begin(), known_rows_.end(), row) - known_rows_.begin()];
 }
 
-std::size_t DiagonalDowndate::bytes() const {
-    return columns_.empty() ? 0 : columns_.size() * columns_.front().size() * sizeof(float);
-}
-
 }  // namespace meanvalue

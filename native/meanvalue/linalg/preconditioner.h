@@ -25,8 +25,6 @@ class DiagonalDowndate {
     /// Turns the solution for A (n x 3) into that for the other matrix. @throws Cancelled.
     void correct(Positions& solution, int threads, const Execution& execution) const;
 
-    std::size_t bytes() const;
-
   private:
     void know_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, std::size_t most, int threads,
                       const Execution& execution, SupernodalFactor::Workspace& workspace);

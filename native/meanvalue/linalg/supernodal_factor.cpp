@@ -270,19 +270,8 @@ void CholeskyFactor<Number>::backward(Eigen::Ref<Positions>& solution, Index tas
 template <typename Number>
 std::size_t CholeskyFactor<Number>::bytes() const {
     if (!analysis_) return 0;
-    std::size_t bytes = analysis_->value_count * sizeof(Lanes<Number>) +
-                        analysis_->supernodes.size() * sizeof(Supernode) +
-                        (analysis_->pattern.order.size() + analysis_->below.size()) * sizeof(Index);
-    for (const UpdateRows& updates : analysis_->update_rows)
-        bytes += updates.in_parent.size() * sizeof(Index);
-    return bytes;
-}
-
-template <typename Number>
-std::size_t CholeskyFactor<Number>::workspace_bytes() const {
-    if (!analysis_) return 0;
-    return static_cast<std::size_t>(analysis_->row_count) * kStride * sizeof(Number) +
-           3 * static_cast<std::size_t>(analysis_->most_blocks) * sizeof(Lanes<Number>);
+    return analysis_->value_count * sizeof(Lanes<Number>) +
+           (analysis_->pattern.order.size() + analysis_->below.size()) * sizeof(Index);
 }
 
 template class CholeskyFactor<float>;

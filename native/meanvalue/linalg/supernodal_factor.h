@@ -63,8 +63,6 @@ class CholeskyFactor {
     Index size() const { return analysis_ == nullptr ? 0 : analysis_->pattern.size(); }
     /// What it keeps, without what the analysis keeps for factorising again.
     std::size_t bytes() const;
-    /// Size of a workspace that one thread solves with.
-    std::size_t workspace_bytes() const;
     /// @pre analysed().
     const SupernodalPattern& pattern() const { return analysis_->pattern; }
 

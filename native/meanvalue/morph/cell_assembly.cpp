@@ -14,11 +14,6 @@ constexpr int kPasses = 2;
 // Weight of rims against spokes. At 0 and at 1 more triangles are turned over (docs/decisions).
 constexpr double kRimShare = 0.3;
 
-template <typename T>
-std::size_t bytes_of(const std::vector<T>& items) {
-    return items.capacity() * sizeof(T);
-}
-
 }  // namespace
 
 CellAssembly::CellAssembly(const Encoding& layout, const RestCells& cells,
@@ -148,10 +143,6 @@ void CellAssembly::solve(const RestCells& cells, const std::vector<Quaternion>& 
         factor_.solve(sums, sums, threads, execution, workspace);
         positions += sums;
     }
-}
-
-std::size_t CellAssembly::bytes() const {
-    return bytes_of(spokes_) + bytes_of(rims_) + bytes_of(use_start_) + bytes_of(uses_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

@@ -29,8 +29,6 @@ class CellAssembly {
     void solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
                const Execution& execution, Positions& positions) const;
 
-    std::size_t bytes() const;
-
   private:
     void measure(const RestCells& cells, int threads, const Execution& execution);
     void index_uses(const Execution& execution);

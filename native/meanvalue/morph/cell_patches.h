@@ -19,10 +19,6 @@ struct CellPatches {
     CellPatches(const Encoding& layout, const Execution& execution);
 
     Index count() const { return static_cast<Index>(sizes.size()); }
-    std::size_t bytes() const {
-        return (of.capacity() + sizes.capacity() + share_start.capacity()) * sizeof(Index) +
-               shares.capacity() * sizeof(Share);
-    }
 
     std::vector<Index> of;           ///< n: -1 for vertices without a ring
     std::vector<Index> sizes;        ///< in vertices

@@ -96,11 +96,4 @@ Positions FollowingParts::carried(const std::vector<PositionsView>& shapes, cons
     return result;
 }
 
-std::size_t FollowingParts::bytes() const {
-    std::size_t total = bytes_of(follows_, vertices_);
-    for (const LooseParts& parts : carried_by_)
-        total += parts.bytes();
-    return total;
-}
-
 }  // namespace meanvalue

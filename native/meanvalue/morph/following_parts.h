@@ -36,8 +36,6 @@ class FollowingParts {
     Positions carried(const std::vector<PositionsView>& shapes, const ShapeWeights& weights,
                       const Positions& positions, int threads, const Execution& execution) const;
 
-    std::size_t bytes() const;
-
   private:
     /// @return whether each part that may follow goes from shape to shape, round about, as it is carried.
     std::vector<char> parts_carried_along(const std::vector<PositionsView>& shapes, const Components& components,

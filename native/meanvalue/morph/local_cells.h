@@ -45,8 +45,6 @@ class LocalCells {
     std::vector<Quaternion> rotations(const std::vector<double>& weights, const std::vector<Index>& vertices,
                                       const Execution& execution) const;
 
-    std::size_t bytes() const { return edges_.capacity() * sizeof(Vector3) + relative_->bytes(); }
-
   private:
     struct Search;
 

@@ -30,6 +30,9 @@ constexpr double kMoving = 1e-3;
 // Weight of a part's own rotation beside the fit: enough that it does not turn over where average positions cancel
 // each other, as those of a straight limb and of one that is curled up do.
 constexpr double kOwnRotation = 0.25;
+// Memory for each vertex, measured.
+constexpr std::size_t kBytes = 750;
+constexpr std::size_t kBytesOfShape = 300;
 
 void check_shapes(const MorphBinding& binding) {
     if (binding.shapes.size() < 2) {
@@ -197,8 +200,7 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     report_.vertex_count = vertices;
     report_.component_count = static_cast<Index>(bound->parts.size());
     report_.guarded = bound->layout.guarded;
-    report_.bytes = bound->layout.bytes() + bound->cells->bytes() + bound->following.bytes() +
-                    bound->assembly->bytes() + std::size_t{3} * count * vertices * sizeof(double);
+    report_.bytes = (kBytes + kBytesOfShape * count) * vertices;
     bound_ = std::move(bound);
 }
 

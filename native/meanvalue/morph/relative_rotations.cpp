@@ -24,11 +24,6 @@ Vector3 small_rotation(const Quaternion& q) {
     return 2.0 * q.w() * q.vec();
 }
 
-template <typename T>
-std::size_t bytes_of(const std::vector<T>& items) {
-    return items.capacity() * sizeof(T);
-}
-
 }  // namespace
 
 RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count,
@@ -313,11 +308,6 @@ std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weigh
                          average_rotation(own, {}, weights.data(), shape_count_));
     }
     return result;
-}
-
-std::size_t RelativeRotations::bytes() const {
-    return patches_.bytes() + bytes_of(patch_vectors_) + bytes_of(means_) + bytes_of(own_vectors_) +
-           bytes_of(pairs_) + bytes_of(relative_) + bytes_of(tree_) + factor_.bytes();
 }
 
 }  // namespace meanvalue

@@ -36,8 +36,6 @@ class RelativeRotations {
     std::vector<Quaternion> find(const std::vector<double>& weights, const std::vector<Index>& vertices,
                                  const Execution& execution) const;
 
-    std::size_t bytes() const;
-
   private:
     struct Pair {
         Index a;

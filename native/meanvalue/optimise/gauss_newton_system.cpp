@@ -127,14 +127,4 @@ void GaussNewtonSystem::assemble(const Execution& execution, Workspace& workspac
     }
 }
 
-std::size_t GaussNewtonSystem::bytes() const {
-    return pattern_.pattern_bytes() + term_columns_.capacity() * sizeof(Index) +
-           pair_positions_.capacity() * sizeof(std::int64_t) + smoothness_metric_.capacity() * sizeof(double);
-}
-
-std::size_t GaussNewtonSystem::workspace_bytes() const {
-    return pattern_.bytes() + term_columns_.size() * sizeof(Matrix3) + unknowns_.rows.size() * sizeof(Vector3) +
-           3 * unknowns_.free.size() * sizeof(double);
-}
-
 }  // namespace meanvalue

@@ -44,8 +44,6 @@ class GaussNewtonSystem {
     /// The blocks of (I - W)^T (I - W), each a multiple of I, for BlockMatrix::add_identity_multiples(): the part of
     /// H that does not depend on the pose. It measures how unsmooth a displacement is.
     const std::vector<double>& smoothness_metric() const { return smoothness_metric_; }
-    std::size_t bytes() const;
-    std::size_t workspace_bytes() const;
 
   private:
     void find_pattern(const Execution& execution);

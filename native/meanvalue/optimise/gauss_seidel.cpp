@@ -104,9 +104,4 @@ void GaussSeidel::relax(Index slot, Positions& positions) const {
     if (move.allFinite()) positions.row(vertex) -= move;
 }
 
-std::size_t GaussSeidel::bytes() const {
-    return uses_.capacity() * sizeof(Use) + use_offsets_.capacity() * sizeof(std::int64_t) +
-           unknowns_.free.size() * sizeof(Index);
-}
-
 }  // namespace meanvalue

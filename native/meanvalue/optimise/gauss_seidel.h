@@ -27,8 +27,6 @@ class GaussSeidel {
     /// term.
     void sweep(Positions& positions, int threads, const Execution& execution) const;
 
-    std::size_t bytes() const;
-
   private:
     struct Use {
         Index row;    // a vertex whose ring contains the free vertex

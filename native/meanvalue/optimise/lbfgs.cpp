@@ -162,11 +162,4 @@ void Lbfgs::move_free(double length, const Positions& from, Positions& to, int t
     });
 }
 
-std::size_t Lbfgs::bytes() const {
-    if (unknowns_ == nullptr) return 0;
-    // Four vectors of the free vertices, two of all.
-    const std::size_t rows = 4 * unknowns_->free.size() + 2 * unknowns_->slot.size();
-    return 3 * rows * sizeof(double) + history_.bytes();
-}
-
 }  // namespace meanvalue

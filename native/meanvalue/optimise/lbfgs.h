@@ -62,8 +62,6 @@ class Lbfgs {
     LbfgsReport minimise(const Energy& energy, const Preconditioner& preconditioner, const LbfgsOptions& options,
                          Positions& positions, Execution& execution);
 
-    std::size_t bytes() const;
-
   private:
     void lengthen(const Energy& energy, int threads, double value, double slope, const Positions& positions,
                   const Execution& execution, double& length, double& trial_value);

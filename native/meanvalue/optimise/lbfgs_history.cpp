@@ -169,8 +169,4 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     if (order_.size() > kPairs) order_.erase(order_.begin());
 }
 
-std::size_t LbfgsHistory::bytes() const {
-    return pairs_.size() * 2 * 3 * static_cast<std::size_t>(rows_) * sizeof(float);
-}
-
 }  // namespace meanvalue

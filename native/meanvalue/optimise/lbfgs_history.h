@@ -38,7 +38,6 @@ class LbfgsHistory {
                   int threads, const Execution& execution);
 
     /// Once all pairs are in use.
-    std::size_t bytes() const;
 
   private:
     /// A step and the change of the gradient that it made: 3 |V'| numbers each, in sizes.

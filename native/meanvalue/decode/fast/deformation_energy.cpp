@@ -106,17 +106,4 @@ double DeformationEnergy::evaluate_block(const EnergyBlocks& rows, std::size_t b
                    rows.rings(), scratch.positions.data(), stretching, scratch.kernel, shares);
 }
 
-std::size_t DeformationEnergy::bytes() const {
-    return rows_.bytes() + (use_start_.capacity() + uses_.capacity()) * sizeof(Index) + soft_constraints_.bytes();
-}
-
-std::size_t DeformationEnergy::Workspace::bytes() const {
-    std::size_t sum = shares.capacity() * sizeof(PaddedPoint) + block_energy.capacity() * sizeof(double) +
-                      (rows ? rows->bytes() : 0) +
-                      (static_cast<std::size_t>(soft_targets.size()) + soft_weights.capacity()) * sizeof(double);
-    for (const Scratch& of_thread : scratch)
-        sum += of_thread.positions.capacity() * sizeof(PaddedPoint) + of_thread.kernel.bytes();
-    return sum;
-}
-
 }  // namespace meanvalue

@@ -55,8 +55,6 @@ class DeformationEnergy {
         std::optional<EnergyBlocks> rows;  ///< of refill(), in place of those at rest
         Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
         std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
-
-        std::size_t bytes() const;
     };
 
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
@@ -89,8 +87,6 @@ class DeformationEnergy {
     InitialHessian initial_hessian(double rigidity, int threads, const Execution& execution) const;
 
     const SoftConstraints& soft_constraints() const { return soft_constraints_; }
-
-    std::size_t bytes() const;
 
   private:
     void index_uses(const Execution& execution);

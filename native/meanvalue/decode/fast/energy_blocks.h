@@ -42,9 +42,6 @@ struct EnergyBlocks {
         return {bending_lanes.data(), stretching_lanes.data(), edge_lanes.data(), vertex_lanes.data(),
                 steep_lanes.data()};
     }
-    std::size_t bytes() const {
-        return bytes_of(bending, batches, bending_lanes, stretching_lanes, edge_lanes, vertex_lanes, points);
-    }
 };
 
 /// @param cells of the encoding; @param size D, in the same units.

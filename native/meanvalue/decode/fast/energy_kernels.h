@@ -65,7 +65,6 @@ class KernelScratch {
     RowLanes* array(int number, Index valence) {
         return values_.data() + static_cast<std::size_t>(number) * 3 * static_cast<std::size_t>(valence);
     }
-    std::size_t bytes() const { return values_.capacity() * sizeof(RowLanes); }
 
   private:
     static constexpr std::size_t kArrays = 4;

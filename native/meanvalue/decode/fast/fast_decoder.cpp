@@ -159,10 +159,6 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
         of_level.downdates.resize(level->stages.size());
     }
     workspace->predictor = SecantPredictor(problem_.size);
-    const std::vector<FastStage>& stages = problem_.levels.front()->stages;
-    const std::size_t drivers = problem_.soft.size() + (stages.empty() ? 0 : stages.back().coupling.vertices.size());
-    workspace->later_bytes = SecantPredictor::bytes(region_.is_fixed.size(), drivers);
-    if (!stages.empty()) workspace->later_bytes += stages.back().factor.workspace_bytes();
     return workspace;
 }
 
@@ -184,24 +180,22 @@ Index FastDecoder::longest_ring() const {
     return problem_.hierarchy.levels.empty() ? longest : std::max(longest, problem_.hierarchy.longest_ring());
 }
 
-std::size_t FastDecoder::bytes() const {
-    std::size_t sum = shape_->bytes() + problem_.hierarchy.bytes() + (removals_ ? removals_->bytes() : 0);
+MemoryUse FastDecoder::memory() const {
+    constexpr std::size_t kBound = 1500;
+    constexpr std::size_t kWorkspace = 750;
+    constexpr std::size_t kBlended = 1200;
+    constexpr std::size_t kEachExample = 150;
+    const std::size_t free_count = problem_.levels.front()->unknowns.free.size();
+    MemoryUse use{kBound * free_count, kWorkspace * free_count};
     for (const auto& level : problem_.levels) {
-        sum += level->energy->bytes();
         for (const FastStage& stage : level->stages)
-            sum += stage.factor.bytes();
+            use.bound += stage.factor.bytes();
     }
-    return sum;
-}
-
-std::size_t FastWorkspace::bytes() const {
-    std::size_t sum = later_bytes;
-    for (const OfLevel& level : levels) {
-        sum += level.energy.bytes() + level.minimiser.bytes();
-        for (const DiagonalDowndate& downdate : level.downdates)
-            sum += downdate.bytes();
+    if (shape_->examples) {
+        use.bound += kEachExample * free_count * shape_->examples->shapes.size();
+        use.workspace += kBlended * free_count;
     }
-    return sum;
+    return use;
 }
 
 }  // namespace meanvalue

@@ -26,14 +26,12 @@ struct FastWorkspace : Workspace {
         keeps_history = false;
         example_weights.resize(0, 0);
     }
-    std::size_t bytes() const override;
 
     std::vector<OfLevel> levels;     // as FastProblem::levels
     ExampleWeights example_weights;  // of the last blend; empty: the rest shape alone
     SupernodalFactor::Workspace factor;
-    SecantPredictor predictor;    // of the solves of a drag
-    bool keeps_history = false;   // the whole mesh' minimizer: of the last of those, which came to its end
-    std::size_t later_bytes = 0;  // of the predictor and the factor's, once they are in use
+    SecantPredictor predictor;   // of the solves of a drag
+    bool keeps_history = false;  // the whole mesh' minimizer: of the last of those, which came to its end
 };
 
 }  // namespace meanvalue

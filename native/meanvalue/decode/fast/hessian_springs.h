@@ -21,8 +21,6 @@ struct StiffRings {
     };
     std::vector<Ring> rings;  ///< by vertex
     std::vector<double> norms;
-
-    std::size_t bytes() const { return rings.capacity() * sizeof(Ring) + norms.capacity() * sizeof(double); }
 };
 
 /// The stiff rings among those of `vertices`, ascending. @param cells at rest, of the encoding. @throws Cancelled.

@@ -106,9 +106,4 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
     is_answer_ = true;
 }
 
-std::size_t SecantPredictor::bytes(std::size_t vertices, std::size_t drivers) {
-    const std::size_t of_change = 3 * (vertices * sizeof(float) + drivers * sizeof(double));
-    return kMostChanges * of_change + 3 * (vertices + drivers) * sizeof(double);
-}
-
 }  // namespace meanvalue

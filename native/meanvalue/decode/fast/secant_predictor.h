@@ -34,9 +34,6 @@ class SecantPredictor {
     /// After the solve. @param answer n x 3; @param drivers d x 3.
     void note(const Positions& answer, const Positions& drivers);
 
-    /// The memory for so many vertices and drivers, once all is in use.
-    static std::size_t bytes(std::size_t vertices, std::size_t drivers);
-
   private:
     struct Change {
         std::vector<float> shape;  // 3 n, in sizes

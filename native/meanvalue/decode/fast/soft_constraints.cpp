@@ -87,10 +87,6 @@ std::vector<double> SoftConstraints::hardness(std::size_t vertex_count) const {
     return result;
 }
 
-std::size_t SoftConstraints::bytes() const {
-    return anchors_.capacity() * sizeof(SoftAnchor) + slots_.capacity() * sizeof(Index);
-}
-
 std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& anchors, const Hierarchy& hierarchy,
                                             const Level& level, std::size_t vertex_count, double scale) {
     std::vector<Index> into(vertex_count);

@@ -58,7 +58,6 @@ class SoftConstraints {
 
     /// n numbers: hardness_of() each soft anchor, 0 elsewhere; empty where there are none.
     std::vector<double> hardness(std::size_t vertex_count) const;
-    std::size_t bytes() const;
 
   private:
     std::vector<SoftAnchor> anchors_;
