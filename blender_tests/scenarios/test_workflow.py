@@ -53,11 +53,11 @@ def test_only_the_anchors_of_the_pose_key_count():
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
 
 
-def test_release_forgets_the_binding_only():
+def test_unbind_forgets_the_binding_only():
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     before = snapshot(obj, without=("settings",))
-    assert bpy.ops.meanvalue.bind(release=True) == {'FINISHED'}
+    assert bpy.ops.meanvalue.unbind() == {'FINISHED'}
     assert_same(before, snapshot(obj, without=("settings",)))
     assert not obj.meanvalue.bound.is_bound
     assert [handle.name for handle in obj.meanvalue.handles] == ["Corners", "Tip"]

@@ -9,6 +9,7 @@ from ...errors import SceneError
 from ...scene import rig_space, shape_keys, subject, vertex_groups
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
+from ...widgets.base import MeshOperator
 from ..bridge import bound_record, controls, new_handles, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
@@ -20,23 +21,12 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_label = "Update"
     doing = "Updating"
     problems = (scene_input.unheld_problem,)
-
-    release: bpy.props.BoolProperty(
-        name="Release",
-        description="Forget the binding and free its memory in place of that, for scripts. Handles, region and shape "
-        "keys stay as they are",
-        options={'SKIP_SAVE'},
-    )
-
-    def start_reading(self, obj):
-        return None if self.release else scene_input.start_reading(obj)
+    start_reading = staticmethod(scene_input.start_reading)
 
     def prepare(self, obj, reading):
-        return None if self.release else Posing(obj, reading, is_checked=False)
+        return Posing(obj, reading, is_checked=False)
 
     def finish(self, obj, posing, _outcome):
-        if self.release:
-            return _release(obj)
         handles = targets.followed_handles(obj)
         controls.require_places(obj, handles)  # throws before anything is changed
         if _has_other_rest_shape(obj, posing):
@@ -48,6 +38,25 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         notes += result.size_notes(posing.binding.deformer.report)
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
+
+
+class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):
+    """Forget the binding and free its memory, for scripts. Handles, region and shape keys stay as they are"""
+
+    bl_idname = "meanvalue.unbind"
+    bl_label = "Unbind"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.bound.is_bound:
+            problem = f"'{obj.name}' is not bound"
+        return problem
+
+    def run(self, obj):
+        bound_record.release(obj.meanvalue.bound)
+        return f"'{obj.name}' is no longer bound", []
 
 
 class SolvingOperator(BackgroundOperator):
@@ -120,14 +129,6 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
             key.value = 0.0
             message += f". Shape key '{self.key}' has the value 0 now, so that it is not added"
         return message, [*warnings, *notes]
-
-
-def _release(obj):
-    record = obj.meanvalue.bound
-    if not record.is_bound:
-        raise SceneError(f"'{obj.name}' is not bound")
-    bound_record.release(record)
-    return f"'{obj.name}' is no longer bound", []
 
 
 def _active_key(obj):
