@@ -30,11 +30,8 @@ int measure(const std::string& mesh, Index block, int threads) {
     const meanvalue::SparseMatrix lower = benchmarks::squared_differences(
         generated ? benchmarks::grid(std::stoi(mesh)) : benchmarks::read_surface(mesh), block);
     const Execution execution;
-    const double order = seconds_of([&] {
-        const meanvalue::Graph columns = meanvalue::graph_of(lower, execution);
-        const std::vector<Index> first = meanvalue::group_same_columns(columns, execution);
-        nested_dissection(contracted(columns, first, execution), threads, execution);
-    });
+    const double order =
+        seconds_of([&] { nested_dissection(meanvalue::graph_of(lower, execution), threads, execution); });
     meanvalue::SparseCholesky cholesky;
     const double analyse = seconds_of([&] { cholesky.analyse(lower, execution, threads); });
     bool done = false;

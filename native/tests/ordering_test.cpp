@@ -61,20 +61,6 @@ TEST(Graph, HasAnEdgeForEachEntryBelowTheDiagonal) {
         EXPECT_EQ(std::vector<Index>(graph.begin(v), graph.end(v)), std::vector<Index>{0});
 }
 
-TEST(Graph, ColumnsWithTheSameEntriesAreOneVertex) {
-    const SparseMatrix lower = bilaplacian(grid(12, 9, 0.1));
-    const Graph columns = graph_of(in_blocks(lower), Execution());
-    const std::vector<Index> first = group_same_columns(columns, Execution());
-    const Graph of_blocks = contracted(columns, first, Execution());
-    const Graph of_vertices = graph_of(lower, Execution());
-    EXPECT_EQ(of_blocks.offsets, of_vertices.offsets);
-    EXPECT_EQ(of_blocks.neighbours, of_vertices.neighbours);
-    for (Index vertex = 0; vertex <= of_vertices.size(); ++vertex)
-        EXPECT_EQ(first[vertex], 3 * vertex);
-    EXPECT_EQ(group_same_columns(graph_of(full(30), Execution()), Execution()).size(), 2U);
-    EXPECT_EQ(group_same_columns(graph_of(diagonal(30), Execution()), Execution()).size(), 31U);
-}
-
 TEST(Separator, TwoRowsOfVerticesCutAGrid) {
     const Graph graph = graph_of(bilaplacian(grid(20, 100, 0.0)), Execution());  // row after row
     const Index left_end = graph.size() / 4;
@@ -158,10 +144,6 @@ std::vector<Case> small_matrices() {
     return small;
 }
 
-std::vector<Index> ones(const Graph& graph) {
-    return std::vector<Index>(graph.size(), 1);
-}
-
 class FillOf : public testing::TestWithParam<Case> {};
 
 TEST_P(FillOf, SupernodesHoldAllThatEliminationFills) {
@@ -199,8 +181,7 @@ TEST_P(FillOf, SupernodesHoldAllThatEliminationFills) {
 TEST_P(FillOf, ColumnCountsAreThoseOfTheFilledMatrix) {
     const SparseMatrix& lower = GetParam().lower;
     const Graph graph = graph_of(lower, Execution());
-    const EliminationTree tree =
-        find_elimination_tree(graph, nested_dissection(graph, 1, Execution()), ones(graph), Execution());
+    const EliminationTree tree = find_elimination_tree(graph, nested_dissection(graph, 1, Execution()), Execution());
     EXPECT_TRUE(is_permutation(tree.vertex, graph.size()));
     const std::vector<std::set<Index>> filled = filled_columns(lower, tree.vertex);
     for (Index k = 0; k < graph.size(); ++k) {
@@ -220,8 +201,7 @@ TEST(Supernodes, MergingAddsFewZerosHoweverManyAreMerged) {
             const SparseMatrix lower = bilaplacian(mesh, seed);
             const SupernodalPattern pattern = find_supernodes(lower, 2, Execution());
             const Graph graph = graph_of(lower, Execution());
-            const std::vector<Index> counts =
-                find_elimination_tree(graph, pattern.order, ones(graph), Execution()).counts;
+            const std::vector<Index> counts = find_elimination_tree(graph, pattern.order, Execution()).counts;
             const std::int64_t entries = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
             EXPECT_LE(entries, entry_count(pattern));
             EXPECT_LE(entry_count(pattern), entries + entries / 3) << mesh.name << ", " << seed;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
@@ -56,6 +57,13 @@ ShapeWeights::ShapeWeights(const std::vector<double>& values, Index shape_count,
         for (Index k = 0; k < shape_count; ++k)
             mean_[k] += row[k] / rows;
     }
+}
+
+double geometric_mean(const std::vector<double>& values, const std::vector<double>& weights) {
+    double result = 1.0;
+    for (std::size_t k = 0; k < values.size(); ++k)
+        result *= power(values[k], weights[k]);
+    return result;
 }
 
 }  // namespace meanvalue

@@ -32,4 +32,7 @@ class ShapeWeights {
     std::vector<double> mean_;
 };
 
+/// The size of an in-between shape. @param values one for each shape, above 0; @param weights sum to one.
+double geometric_mean(const std::vector<double>& values, const std::vector<double>& weights);
+
 }  // namespace meanvalue

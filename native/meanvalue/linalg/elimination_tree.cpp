@@ -16,24 +16,21 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
 
 /// Row after row: the columns in which a row of the factor has entries are those on the ways up the tree from the
 /// entries of the matrix to the row itself.
-void find_parents_and_counts(const Graph& graph, const std::vector<Index>& weights, EliminationTree& tree,
-                             const Execution& execution) {
+void find_parents_and_counts(const Graph& graph, EliminationTree& tree, const Execution& execution) {
     const Index size = graph.size();
     tree.parents.assign(size, -1);
-    tree.counts.resize(size);
+    tree.counts.assign(size, 1);
     std::vector<Index> seen_by(size, -1);
     WorkMeter work(execution);
     for (Index row = 0; row < size; ++row) {
         const Index vertex = tree.vertex[row];
-        const Index weight = weights[vertex];
-        tree.counts[row] = weight;
         for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u) {
             work.add(1);
             for (Index column = tree.place[*u]; column < row && seen_by[column] != row;
                  column = tree.parents[column]) {
                 work.add(1);
                 seen_by[column] = row;
-                tree.counts[column] += weight;
+                ++tree.counts[column];
                 if (tree.parents[column] < 0) tree.parents[column] = row;
             }
         }
@@ -87,12 +84,11 @@ std::vector<Value> picked(const std::vector<Value>& values, const std::vector<In
 
 }  // namespace
 
-EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const std::vector<Index>& weights,
-                                      const Execution& execution) {
+EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution) {
     EliminationTree tree;
     tree.vertex = std::move(order);
     tree.place = inverse(tree.vertex);
-    find_parents_and_counts(graph, weights, tree, execution);
+    find_parents_and_counts(graph, tree, execution);
     const std::vector<Index> places = postorder(tree.parents, tree.counts, execution);
     const std::vector<Index> new_places = inverse(places);
     tree.vertex = picked(tree.vertex, places);

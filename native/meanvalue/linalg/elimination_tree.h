@@ -14,13 +14,12 @@ struct EliminationTree {
     std::vector<Index> vertex;   // that is k-th
     std::vector<Index> place;    // of each vertex: the inverse
     std::vector<Index> parents;  // of the k-th: the place of the first neighbour in the filled graph after it, or -1
-    std::vector<Index> counts;   // of the k-th: the weights of its column's entries added up, with its own
+    std::vector<Index> counts;   // of the k-th: entries of its column, the diagonal too
 };
 
 /// The tree for an order that fills as little as the one given: a postorder, in which each subtree is in one piece
 /// that ends with its root. The child with the largest count comes last.
-/// @param order each vertex once. @param weights of each vertex. @throws Cancelled. Cost: the entries of the factor.
-EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const std::vector<Index>& weights,
-                                      const Execution& execution);
+/// @param order each vertex once. @throws Cancelled. Cost: the entries of the factor.
+EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution);
 
 }  // namespace meanvalue

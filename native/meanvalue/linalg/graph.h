@@ -25,13 +25,4 @@ struct Graph {
 /// @throws Cancelled.
 Graph graph_of(const SparseMatrix& lower, const Execution& execution);
 
-/// Groups of consecutive columns that have the same entries, as the three of a vertex of a mesh have: they can be
-/// eliminated one after another at no more fill than one. @param graph of columns, neighbours ascending.
-/// @return the first column of each group, then the number of columns. @throws Cancelled.
-std::vector<Index> group_same_columns(const Graph& graph, const Execution& execution);
-
-/// A vertex for each group, neighbours ascending. @param first as group_same_columns() returns it.
-/// @throws Cancelled.
-Graph contracted(const Graph& columns, const std::vector<Index>& first, const Execution& execution);
-
 }  // namespace meanvalue

@@ -112,4 +112,30 @@ void CellPatches::spread(const Encoding& layout, const Execution& execution) {
     }
 }
 
+Quaternion CellPatches::mean_rotation(Index vertex, const Quaternion* rotations, std::size_t stride) const {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (Index k = share_start[vertex]; k < share_start[vertex + 1]; ++k) {
+        const Eigen::Vector4d each = rotations[shares[k].patch * stride].coeffs();
+        sum += (sum.dot(each) < 0.0 ? -shares[k].share : shares[k].share) * each;
+    }
+    const double length = sum.norm();
+    return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();
+}
+
+std::vector<double> CellPatches::mean_weights(const ShapeWeights& weights) const {
+    const auto shape_count = static_cast<std::size_t>(weights.shape_count());
+    std::vector<double> result(sizes.size() * shape_count, 0.0);
+    if (weights.is_uniform()) {
+        for (std::size_t k = 0; k < result.size(); ++k)
+            result[k] = weights.of(0)[k % shape_count];
+        return result;
+    }
+    for (std::size_t v = 0; v < of.size(); ++v) {
+        if (of[v] < 0) continue;
+        for (std::size_t k = 0; k < shape_count; ++k)
+            result[of[v] * shape_count + k] += weights.of(static_cast<Index>(v))[k] / sizes[of[v]];
+    }
+    return result;
+}
+
 }  // namespace meanvalue

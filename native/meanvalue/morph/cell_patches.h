@@ -5,6 +5,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
 
@@ -19,6 +21,12 @@ struct CellPatches {
     CellPatches(const Encoding& layout, const Execution& execution);
 
     Index count() const { return static_cast<Index>(sizes.size()); }
+
+    /// The average of the rotations of the patches around a vertex, by their shares. @param rotations one for each
+    /// patch, `stride` apart.
+    Quaternion mean_rotation(Index vertex, const Quaternion* rotations, std::size_t stride) const;
+    /// patches x k: the average weights of their vertices.
+    std::vector<double> mean_weights(const ShapeWeights& weights) const;
 
     std::vector<Index> of;           ///< n: -1 for vertices without a ring
     std::vector<Index> sizes;        ///< in vertices

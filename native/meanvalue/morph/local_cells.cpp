@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/closest_rotation.h"
@@ -19,16 +18,6 @@ constexpr int kAlignRounds = 3;
 // cells, evenly drawn: it converges, and is a tenth of bind.
 constexpr int kMeanRounds = 6;
 constexpr Index kSample = 2000;
-
-/// base^exponent for any exponent of moderate size.
-double any_power(double base, double exponent) {
-    const double parts = std::ceil(std::max(1.0, std::abs(exponent)));
-    const double part = power(base, exponent / parts);
-    double result = 1.0;
-    for (int k = 0; k < static_cast<int>(parts); ++k)
-        result *= part;
-    return result;
-}
 
 /// Rotates the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent
 /// weights the rotation of a cell is that of the surface, however its edges lie.
@@ -60,16 +49,6 @@ void align_edges(Index valence, Vector3* edges, Index count) {
                 edges[place * count + k] = rotation * edges[place * count + k];
         }
     }
-}
-
-/// From a cell's frame to one half-way to a neighbour's. Beyond 90 degrees between them it goes back to the cell's
-/// own, so that it is smooth also where half-way is ambiguous.
-Quaternion half_way(const Quaternion& own, const Quaternion& other) {
-    Quaternion relative = own.conjugate() * other;
-    const double cosine = relative.w();
-    relative.vec() *= cosine;
-    relative.w() = 1.0 + cosine * cosine;
-    return relative.normalized();
 }
 
 /// The cell to whose rotation an edge goes half-way: its own where the neighbour has no ring, and so no rotation.
@@ -309,13 +288,6 @@ std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights
     const Quaternion whole = mean_rotation(weights);
     for (Quaternion& rotation : result)
         rotation = whole * rotation;
-    return result;
-}
-
-double geometric_mean(const std::vector<double>& values, const std::vector<double>& weights) {
-    double result = 1.0;
-    for (std::size_t k = 0; k < values.size(); ++k)
-        result *= any_power(values[k], weights[k]);
     return result;
 }
 

@@ -56,7 +56,4 @@ class LocalCells {
     std::optional<RelativeRotations> relative_;
 };
 
-/// The size of an in-between shape. @param values one for each shape, above 0.
-double geometric_mean(const std::vector<double>& values, const std::vector<double>& weights);
-
 }  // namespace meanvalue

@@ -66,18 +66,6 @@ void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execut
     }
 }
 
-/// The rotation that the patches about a cell have in the mean, each as much as its share. @param patches one for
-/// each, `stride` apart.
-Quaternion RelativeRotations::mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const {
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (Index k = patches_.share_start[vertex]; k < patches_.share_start[vertex + 1]; ++k) {
-        const Eigen::Vector4d each = patches[patches_.shares[k].patch * stride].coeffs();
-        sum += (sum.dot(each) < 0.0 ? -patches_.shares[k].share : patches_.shares[k].share) * each;
-    }
-    const double length = sum.norm();
-    return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();
-}
-
 void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vectors, int threads,
                                                const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
@@ -85,7 +73,7 @@ void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vecto
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             for (std::size_t k = 0; k < count; ++k) {
-                const Quaternion mean = mean_of_patches(v, means_.data() + k, count);
+                const Quaternion mean = patches_.mean_rotation(v, means_.data() + k, count);
                 own_vectors_[v * count + k] =
                     rotation_vector(mean.conjugate() * quaternion_by(vectors[v * count + k]));
             }
@@ -176,23 +164,6 @@ void RelativeRotations::factorise(const Execution& execution) {
         throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
 }
 
-/// patches x k.
-std::vector<double> RelativeRotations::weights_of_patches(const ShapeWeights& weights) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    std::vector<double> result(patch_count_ * count, 0.0);
-    if (weights.is_uniform()) {
-        for (std::size_t k = 0; k < result.size(); ++k)
-            result[k] = weights.of(0)[k % count];
-        return result;
-    }
-    for (Index v = 0; v < layout_.vertex_count(); ++v) {
-        if (patches_.of[v] < 0) continue;
-        for (std::size_t k = 0; k < count; ++k)
-            result[patches_.of[v] * count + k] += weights.of(v)[k] / patches_.sizes[patches_.of[v]];
-    }
-    return result;
-}
-
 /// One Gauss-Newton step. @return the largest angle.
 double RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                                const Execution& execution) const {
@@ -264,7 +235,7 @@ Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, c
         for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
             more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count + k];
         if (more == 0.0) continue;
-        const Quaternion own = mean_of_patches(vertex, means_.data() + k, count);
+        const Quaternion own = patches_.mean_rotation(vertex, means_.data() + k, count);
         sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
     }
     return quaternion_by(sum);
@@ -274,13 +245,13 @@ void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quat
                              const Quaternion& rotation, int threads, const Execution& execution,
                              std::vector<Quaternion>& rotations) const {
     const auto count = static_cast<std::size_t>(shape_count_);
-    const std::vector<double> shares = weights_of_patches(weights);
+    const std::vector<double> shares = patches_.mean_weights(weights);
     const std::vector<Quaternion> patches = find_patches_between(shares, frames, execution);
     rotations.resize(layout_.vertex_count());
     parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
-            rotations[v] = mean_of_patches(v, patches.data(), 1);
+            rotations[v] = patches_.mean_rotation(v, patches.data(), 1);
             if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
             rotations[v] =
                 rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count, {}, of, shape_count_);
@@ -299,12 +270,12 @@ std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weigh
             patches.push_back(means_[patch * count + most]);
     } else {
         const ShapeWeights alike(weights, shape_count_, layout_.vertex_count());
-        patches = find_patches_between(weights_of_patches(alike), {}, execution);
+        patches = find_patches_between(patches_.mean_weights(alike), {}, execution);
     }
     std::vector<Quaternion> result;
     for (const Index v : vertices) {
         const Vector3* const own = own_vectors_.data() + v * count;
-        result.push_back(mean_of_patches(v, patches.data(), 1) *
+        result.push_back(patches_.mean_rotation(v, patches.data(), 1) *
                          average_rotation(own, {}, weights.data(), shape_count_));
     }
     return result;

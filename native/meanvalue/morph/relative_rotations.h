@@ -52,7 +52,6 @@ class RelativeRotations {
     void rotate_against_patches(const std::vector<Vector3>& vectors, int threads, const Execution& execution);
     void factorise(const Execution& execution);
     void connect(const Execution& execution);
-    std::vector<double> weights_of_patches(const ShapeWeights& weights) const;
     std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
                                                  const std::vector<Quaternion>& frames,
                                                  const Execution& execution) const;
@@ -60,7 +59,6 @@ class RelativeRotations {
                                    const std::vector<Quaternion>& in_space) const;
     double step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                 const Execution& execution) const;
-    Quaternion mean_of_patches(Index vertex, const Quaternion* patches, std::size_t stride) const;
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                            const std::vector<Quaternion>& frames, const Quaternion& mean) const;
 

@@ -83,6 +83,14 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     return (angle + turns * kFullAngle) * axis;
 }
 
+Quaternion half_way(const Quaternion& own, const Quaternion& other) {
+    Quaternion relative = own.conjugate() * other;
+    const double cosine = relative.w();
+    relative.vec() *= cosine;
+    relative.w() = 1.0 + cosine * cosine;
+    return relative.normalized();
+}
+
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                             Index count) {
     Vector3 sum = Vector3::Zero();

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/optimise/free_moves.h"
 
 namespace meanvalue {
 namespace {
@@ -30,6 +29,15 @@ constexpr double kSufficientDecrease = 1e-4;
 constexpr int kMostHalvings = 3;
 // Slow steps on end that tell a flat valley from a step that was merely bad.
 constexpr int kSettledSteps = 3;
+
+/// to = from + length * direction in the rows of free vertices.
+void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::VectorXd& direction, double length,
+               Positions& to) {
+    for (std::size_t k = 0; k < unknowns.free.size(); ++k) {
+        const Index v = unknowns.free[k];
+        to.row(v) = from.row(v) + length * direction.segment<3>(3 * static_cast<Eigen::Index>(k)).transpose();
+    }
+}
 
 /// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
 bool solve_step(const GaussNewtonSystem::Workspace& at, SparseCholesky& cholesky, int threads,
