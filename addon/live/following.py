@@ -86,7 +86,10 @@ class Following:
 
     def follow(self, obj):
         """In a handler: takes the controls where they are, and waits at most a frame for the mesh to follow."""
-        self._advance(obj, patience=FRAME_SECONDS if self.solve_seconds < FRAME_SECONDS else 0.0)
+        patience = self._patience()
+        self._advance(obj, patience=patience if self.solve_seconds < patience else 0.0)
+        if self._job is not None and self.problem is None and not self._is_shown(obj) and self._has_key(obj):
+            self._show_meanwhile(obj)
 
     def tick(self, obj):
         """In a timer: collects what is finished and starts what is next."""
@@ -156,6 +159,13 @@ class Following:
 
     def _is_quiet(self, obj):
         return clock() >= self._quiet_at(obj)
+
+    def _patience(self):
+        """Seconds that a handler waits for a solve, if the last one took no longer."""
+        return FRAME_SECONDS
+
+    def _show_meanwhile(self, obj):
+        """Shows what is known of an answer that takes longer."""
 
     def _has_chores(self, _obj):
         """Whether there is something to be done when all is quiet."""

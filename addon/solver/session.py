@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import CancelledError, SceneError, SolverError
 from . import native_loader
 from .core import result
+from .core.prediction import Prediction
 
 # What is said of input that the native module refuses.
 REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Update"
@@ -143,17 +144,19 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """A row of solves, each from the answer of the one before: a native Drag, and what it is of."""
+    """A row of solves, each from the answer of the one before: a native Drag, what it is of, and a Prediction."""
 
     binding: object
     bind_input: object
     native: object
+    prediction: Prediction
 
 
 def begin_drag(binding, bind_input, shape=None):
     """A Drag from n x 3 `shape`, an earlier result; from rest where there is none, or what it holds are no numbers."""
     start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
-    return Drag(binding, bind_input, binding.deformer.drag(bind_input.solver_mesh.start(start)))
+    native = binding.deformer.drag(bind_input.solver_mesh.start(start))
+    return Drag(binding, bind_input, native, Prediction(bind_input.diagonal))
 
 
 def solve_steps(drag, goal, settle=False, execution=None):

@@ -33,6 +33,41 @@ def test_the_timer_ends_when_all_is_settled(timers):
     assert timers.run(0.1) < 5 and is_settled(obj)
 
 
+class Gate:
+    """A step of a job that is over when it is opened."""
+
+    def __init__(self):
+        self.finished = True
+
+    def wait(self, _seconds=None):
+        return self.finished
+
+
+def test_what_takes_long_is_predicted_meanwhile(timers, part, monkeypatch):
+    obj, control = handles.tube()
+    session, gate = part("solver.session"), Gate()
+    solve_steps = session.solve_steps
+
+    def slow_steps(*arguments, **options):
+        yield gate
+        return (yield from solve_steps(*arguments, **options))
+
+    monkeypatch.setattr(session, "solve_steps", slow_steps)
+    for _answer in range(3):
+        move(control, (0.2, 0.0, 0.0))
+        while part("live.roll").follower_of(obj).wait(obj) < 0.1:
+            timers.step()
+    gate.finished = False
+    move(control, (0.2, 0.0, 0.0))
+    foreseen = shown(obj)
+    assert np.abs(foreseen[TOP, 0] - rest(obj)[TOP, 0] - 0.8).max() < 1e-6
+    gate.finished = True
+    timers.run(0.1)
+    assert is_settled(obj)
+    off = np.linalg.norm(shown(obj) - foreseen, axis=1)
+    assert 0.0 < off.max() < 0.02  # of a move by 0.2
+
+
 def test_without_live_no_timer_runs(timers):
     _obj, control = handles.tube(live=False)
     move(control, (1.0, 0.0, 0.0))

@@ -42,9 +42,9 @@ BONE_GOAL_MS = 2.0
 RIGGED = ("body", GOAL_SIZE)
 
 
-def run_in_blender(arguments):
+def run_in_blender(arguments, script=__file__):
     """Outside of Blender: this script again, in it."""
-    command = ["blender", "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python", __file__, "--"]
+    command = ["blender", "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python", script, "--"]
     return subprocess.run([*command, *arguments], check=False).returncode
 
 
@@ -67,6 +67,7 @@ class Scene:
         ]
         self.parts = {name: sys.modules[f"{PACKAGE}.{name}"] for name in names}
         job = generated_meshes.speed_job(shape, size)
+        self.vertices = job.vertices
         self.obj = self._object(job)
         self.rest = job.vertices[job.anchors[job.pieces >= 0]]
         self.targets = job.targets[:, job.pieces >= 0]
@@ -158,7 +159,7 @@ class Scene:
 
         def watched_solve_steps(*arguments, **options):
             solved, summary = yield from solve_steps(*arguments, **options)
-            self.native += summary.seconds
+            self.native += summary.timings["total"]
             return solved, summary
 
         keys.write_positions, session.solve_steps = watched_write, watched_solve_steps
@@ -185,30 +186,41 @@ class Scene:
             self.follower.tick(self.obj)
         return True
 
-    def frame(self, step):
-        """Moves the control as the handle of the job's `step`.
-
-        Returns milliseconds: whole, native, transfer, add-on, Blender.
-        """
+    def place(self, step):
+        """Moves the control as the handle of the job's `step`, and has Blender evaluate it."""
         from mathutils import Matrix
 
         rotation, shift = rigid.rigid_fit(self.rest, self.targets[step])
         move = np.eye(4)
         move[:3, :3], move[:3, 3] = rotation, shift
         self.control.matrix_world = Matrix((move @ self.start).tolist())
+        self.bpy.context.view_layer.update()
+
+    def evaluate(self):
+        self.bpy.context.view_layer.update()
+        self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
+
+    def tell(self):
+        """As Blender does of what was written."""
+        models = self.parts["scene.object_model"]
+        for _key, model in models.known_models(self.obj):
+            model.told(self.obj, models.Change.KEYS)
+
+    def frame(self, step):
+        """Moves the control as the handle of the job's `step`.
+
+        Returns milliseconds: whole, native, transfer, add-on, Blender.
+        """
         self.native = self.transfer = 0.0
         began = time.perf_counter()
-        self.bpy.context.view_layer.update()
+        self.place(step)
         moved = time.perf_counter()
         is_told = self.follow()
         followed = time.perf_counter()
-        self.bpy.context.view_layer.update()
-        self.obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
+        self.evaluate()
         evaluated = time.perf_counter()
         if is_told:
-            models = self.parts["scene.object_model"]
-            for _key, model in models.known_models(self.obj):
-                model.told(self.obj, models.Change.KEYS)
+            self.tell()
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
@@ -251,14 +263,14 @@ def main():
     for row in rows:
         if abs(row[1] - GOAL_SIZE) < 0.1 * GOAL_SIZE and row is not rigged:
             what = f"{row[0]}, {row[1]:,} vertices: without the solver {row[-1]:.1f} ms a frame"
-            _judge(what, row[-1], GOAL_MS, "ms")
+            judge(what, row[-1], GOAL_MS, "ms")
     plain = next(row for row in rows if row[0] == RIGGED[0] and row[1] == rigged[1])
     share = rigged[-1] / plain[-1]
-    _judge(f"{rigged[0]}: without the solver {share:.2f} times that without a rig", share, RIGGED_GOAL, "times")
-    _judge(f"{bones[0]}: {bones[2]:.2f} ms of ours a step of a bone", bones[2], BONE_GOAL_MS, "ms")
+    judge(f"{rigged[0]}: without the solver {share:.2f} times that without a rig", share, RIGGED_GOAL, "times")
+    judge(f"{bones[0]}: {bones[2]:.2f} ms of ours a step of a bone", bones[2], BONE_GOAL_MS, "ms")
 
 
-def _judge(what, value, goal, unit):
+def judge(what, value, goal, unit):
     print(f"{what}, at most {goal:g} {unit}: {'reached' if value <= goal else 'MISSED'}")
 
 

@@ -19,6 +19,9 @@ SAME_SHAPE = 2e-4
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
 
+#: What takes longer is not waited for where it can be predicted: evaluating the mesh again takes about as long.
+QUICK_SECONDS = 0.01
+
 #: Blender keeps a copy of its own of the mesh in these modes.
 BUSY_MODES = {'EDIT', 'SCULPT'}
 
@@ -133,8 +136,13 @@ class Follower(Following):
             if settles and self._wanted is not wanted:
                 return
             self._is_settled = settles
-            if not settles:
+            if settles:
+                drag.prediction.begin(wanted.positions, composed)
+            else:
                 self.solve_seconds, self._shown = seconds, wanted
+                drag.prediction.note(wanted.positions, composed)
+                if self._wanted is not wanted and self._is_foreseen(owner):
+                    return
             if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
                 self._model(owner).wrote(shown)
             elif not (settles and self._near(composed, shown, SAME_TARGETS)):
@@ -147,6 +155,25 @@ class Follower(Following):
             return lambda owner: collect(owner, composed, seconds)
 
         return work
+
+    def _patience(self):
+        is_foreseen = self._drag is not None and self._drag.prediction.is_ready
+        return QUICK_SECONDS if is_foreseen else super()._patience()
+
+    def _show_meanwhile(self, obj):
+        self._is_foreseen(obj)
+
+    def _is_foreseen(self, obj):
+        """Whether the mesh shows what is wanted as the last answers predict it; where they do, it is shown."""
+        wanted = self._wanted
+        if self._drag is None or wanted.weights is not None:
+            return False
+        if self._drag.prediction.foreseen is wanted.positions:
+            return True
+        shape = self._drag.prediction.at(wanted.positions)
+        if shape is not None:
+            self._write(obj, result.compose(self._input, wanted.positions, shape))
+        return shape is not None
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A drag in Blender as fast as a hand makes it: what a step costs, and how near what is shown is to the settled shape.
+
+Runs itself in Blender without a window. A control moves 60 times a second; between steps timers tick, as in the
+interface. A step counts as shown if the mesh is where the control is when the next one comes, by an answer or by what
+the last answers predict. Distances are root mean squares over the diagonal, of some steps.
+"""
+
+import os
+import pathlib
+import statistics
+import sys
+import time
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+from native.benchmarks import bench_live, reporting
+
+COLUMNS = ["mesh", "vertices", "step ms", "worst ms", "steps", "shown", "off settled", "solve ms"]
+CASES = (("body", 50_000), ("body", 200_000), ("bar", 200_000))
+STEPS, STEP_SECONDS, TICK_SECONDS = range(2, 60), 1.0 / 60.0, 0.003
+CHECKED = range(10, 60, 10)
+GOALS_MS = {50_000: 22.0, 200_000: 70.0}
+MOST_OFF = 2e-3
+
+
+class Hand:
+    """Drags the handle of a bench_live.Scene."""
+
+    def __init__(self, shape, size):
+        self.scene = bench_live.Scene(shape, size)
+        self.follower, self.obj = self.scene.follower, self.scene.obj
+        self.scene.bind()
+        self.scene.frame(1)
+
+    def step(self, number):
+        """Moves the control and does what is due until the next move. Returns seconds of work, and whether it is
+        shown."""
+        began = time.perf_counter()
+        self.scene.place(number)
+        self.follower.follow(self.obj)
+        self.scene.evaluate()
+        self.scene.tell()
+        worked = time.perf_counter() - began
+        while time.perf_counter() - began < STEP_SECONDS:
+            time.sleep(TICK_SECONDS)
+            began_tick = time.perf_counter()
+            self.follower.tick(self.obj)
+            self.scene.evaluate()
+            worked += time.perf_counter() - began_tick
+        foreseen = self.follower._drag.prediction.foreseen is self.follower._wanted.positions
+        return worked, foreseen or self.scene.is_caught_up()
+
+    def shown(self):
+        """n x 3 positions of the result key."""
+        return self.scene.parts["scene.shape_keys"].held(self.obj, self.obj.meanvalue.result_key).copy()
+
+    def settled(self, number):
+        """The same once all is settled at a step."""
+        self.scene.place(number)
+        self.follower.follow(self.obj)
+        self.scene.settle()
+        return self.shown()
+
+
+def measure(shape, size):
+    """One row."""
+    hand = Hand(shape, size)
+    seconds, shown, shapes = [], 0, {}
+    for number in STEPS:
+        worked, is_shown = hand.step(number)
+        seconds.append(worked)
+        shown += is_shown
+        if number in CHECKED:
+            shapes[number] = hand.shown()
+    solve = hand.follower.solve_seconds
+    hand.scene.settle()
+    diagonal = float(np.linalg.norm(np.ptp(hand.scene.vertices, axis=0)))
+    off = [
+        float(np.sqrt(np.mean(np.square(hand.settled(number) - shape).sum(axis=1)))) / diagonal
+        for number, shape in shapes.items()
+    ]
+    count = len(hand.scene.vertices)
+    return [shape, count, 1e3 * statistics.median(seconds), 1e3 * max(seconds), len(STEPS), shown, max(off), 1e3 * solve]
+
+
+def main():
+    import bpy
+
+    sys.argv = [sys.argv[0], *sys.argv[sys.argv.index("--") + 1 :]]
+    json_path = reporting.json_argument(__doc__)
+    bpy.ops.preferences.addon_install(filepath=os.environ["MEANVALUE_ADDON_ZIP"], overwrite=True)
+    rows = [measure(*case) for case in CASES]
+    reporting.report(f"dragging, Blender {bpy.app.version_string}", COLUMNS, rows, json_path)
+    for (shape, size), row in zip(CASES, rows, strict=True):
+        bench_live.judge(f"{shape}, {size:,} vertices: {row[2]:.1f} ms a step", row[2], GOALS_MS[size], "ms")
+        bench_live.judge(f"{shape}, {size:,} vertices: {row[6]:.1e} off the settled shape", row[6], MOST_OFF, "")
+
+
+if __name__ == "__main__":
+    if "bpy" in sys.modules:
+        main()
+    else:
+        sys.exit(bench_live.run_in_blender(sys.argv[1:], __file__))
