@@ -82,8 +82,8 @@ def measure(shape, size):
         float(np.sqrt(np.mean(np.square(hand.settled(number) - shape).sum(axis=1)))) / diagonal
         for number, shape in shapes.items()
     ]
-    count = len(hand.scene.vertices)
-    return [shape, count, 1e3 * statistics.median(seconds), 1e3 * max(seconds), len(STEPS), shown, max(off), 1e3 * solve]
+    count, step, worst = len(hand.scene.vertices), statistics.median(seconds), max(seconds)
+    return [shape, count, 1e3 * step, 1e3 * worst, len(STEPS), shown, max(off), 1e3 * solve]
 
 
 def main():
