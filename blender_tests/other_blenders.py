@@ -141,7 +141,7 @@ def install_module(build, suite):
 def install_wheel(build, suite):
     """Our module, numpy, which is all that it needs, and pytest, in the folder returned. @throws UnavailableError."""
     target = build / f"wheel-python{suite.python}"
-    wheel = next((build / "wheels").glob(f"*-cp{suite.python.replace('.', '')}-*.whl"), None)
+    wheel = next((build / "wheels").glob(f"*-cp{suite.python.replace('.', '')}-manylinux*_x86_64.whl"), None)
     if wheel is None:
         raise UnavailableError(f"there is no wheel for Python {suite.python}")
     install(target, suite, [str(wheel), "pytest"], hashlib.sha256(wheel.read_bytes()).hexdigest())

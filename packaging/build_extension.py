@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the extension's zip (Blender 4.2 and later) of addon/, the manifest beside this file, and wheels.
+"""Makes the extension (Blender 4.2 and later) of addon/, the manifest beside this file, and wheels.
 
 build_extension.py OUTPUT_FOLDER WHEEL...
+
+A zip for each platform that there is a wheel for, and one for all of several unless it is too large to be handy.
 """
 
 import pathlib
@@ -18,6 +20,8 @@ PLATFORMS = {
     "_aarch64": {"linux": "linux-arm64", "manylinux": "linux-arm64"},
     "win_amd64": {"win": "windows-x64"},
 }
+
+LARGEST_FOR_ALL = 12 * 2**20  # bytes
 
 
 def version():
@@ -61,11 +65,10 @@ def manifest(wheels):
     return head + "\n" + "\n".join(lines) + "\n" + table + rest
 
 
-def build(folder, wheels):
-    """Writes the zip into `folder` and returns its path. @throws ValueError, see check()."""
+def build(path, wheels):
+    """Writes a zip with these wheels. @throws ValueError, see check()."""
     check(wheels)
-    path = folder / f"meanvalue-{version()}-extension.zip"
-    folder.mkdir(parents=True, exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("blender_manifest.toml", manifest(wheels))
         for file in sorted((ROOT / "addon").rglob("*")):
@@ -77,11 +80,30 @@ def build(folder, wheels):
             archive.write(page, f"manual/{page.stem}.txt")
         for wheel in sorted(wheels):
             archive.write(wheel, f"wheels/{wheel.name}")
-    return path
+
+
+def build_all(folder, wheels):
+    """Writes the zips into `folder` and returns their paths. @throws ValueError, see check()."""
+    check(wheels)
+    for old in folder.glob("meanvalue-*-extension*.zip"):
+        old.unlink()
+    paths = []
+    for name in sorted({platform(wheel) for wheel in wheels}):
+        # Called as Blender's own tool does, and as solver/native_loader.py tells the user.
+        paths.append(folder / f"meanvalue-{version()}-extension-{name.replace('-', '_')}.zip")
+        build(paths[-1], [wheel for wheel in wheels if platform(wheel) == name])
+    if len(paths) > 1:
+        for_all = folder / f"meanvalue-{version()}-extension.zip"
+        build(for_all, wheels)
+        if for_all.stat().st_size > LARGEST_FOR_ALL:
+            for_all.unlink()
+        else:
+            paths.append(for_all)
+    return paths
 
 
 if __name__ == "__main__":
     try:
-        print(build(pathlib.Path(sys.argv[1]), [pathlib.Path(name) for name in sys.argv[2:]]))
+        print(*build_all(pathlib.Path(sys.argv[1]), [pathlib.Path(name) for name in sys.argv[2:]]), sep="\n")
     except ValueError as error:
         sys.exit(f"build_extension.py: {error}")

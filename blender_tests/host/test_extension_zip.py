@@ -37,7 +37,7 @@ LINUX_313 = "cp313-cp313-manylinux_2_28_x86_64"
 
 
 def test_the_zip_holds_addon_manifest_wheels_and_licences(builder, wheels, tmp_path):
-    path = builder.build(tmp_path / "out", wheels(LINUX_313, LINUX_311))
+    (path,) = builder.build_all(tmp_path / "out", wheels(LINUX_313, LINUX_311))
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
@@ -49,6 +49,29 @@ def test_the_zip_holds_addon_manifest_wheels_and_licences(builder, wheels, tmp_p
     assert manifest["platforms"] == ["linux-x64"]
     assert len(manifest["wheels"]) == 2
     assert {name.removeprefix("./") for name in manifest["wheels"]} == {n for n in names if n.endswith(".whl")}
+
+
+def test_there_is_a_zip_for_each_platform_and_one_for_all_that_is_not_too_large(builder, wheels, tmp_path, monkeypatch):
+    made = wheels(LINUX_313, LINUX_311, "cp311-cp311-win_amd64", "cp311-cp311-macosx_11_0_arm64")
+
+    def contents():
+        found = {}
+        for path in builder.build_all(tmp_path / "out", made):
+            with zipfile.ZipFile(path) as archive:
+                manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+            end = path.name.removeprefix(f"meanvalue-{builder.version()}-extension")
+            found[end] = manifest["platforms"], len(manifest["wheels"])
+        assert len(list((tmp_path / "out").iterdir())) == len(found)
+        return found
+
+    single = {
+        "-linux_x64.zip": (["linux-x64"], 2),
+        "-macos_arm64.zip": (["macos-arm64"], 1),
+        "-windows_x64.zip": (["windows-x64"], 1),
+    }
+    assert contents() == {**single, ".zip": (["linux-x64", "macos-arm64", "windows-x64"], 4)}
+    monkeypatch.setattr(builder, "LARGEST_FOR_ALL", 1000)
+    assert contents() == single
 
 
 def test_the_manifest_keeps_blenders_rules(builder, wheels):
