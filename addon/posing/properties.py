@@ -146,6 +146,7 @@ class Settings:
     )
     made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
     former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
+    corrective_key: aside(StringProperty)(options={'HIDDEN'})  # the shape key that Add Corrective made
     show_overlay: aside(BoolProperty)(
         name="Overlay",
         description="Show handles, pins and region in the 3D View",

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rest shape, the artist's pose and the result, all of them shape keys."""
 
+import re
+
 import bmesh
 import bpy
 
@@ -137,17 +139,19 @@ def sharing(obj):
 
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
-    names = {ids.MIX_KEY, ids.CORRECTIVE_KEY, *rig_poses(obj)}
+    names = {ids.MIX_KEY, *rig_poses(obj)}
     for each in (obj, *sharing(obj)):
         settings = each.meanvalue
-        names.update((settings.result_key, settings.former_result), names_in(settings.baked.keys))
+        own = settings.result_key, settings.former_result, settings.corrective_key
+        names.update(own, names_in(settings.baked.keys))
     return names
 
 
 def rig_poses(obj):
     """Names of the muted keys that have poses of the rig, as examples (Pose Like)."""
     keys = obj.data.shape_keys
-    return [key.name for key in keys.key_blocks if key.name.startswith(ids.RIG_POSE_KEY)] if keys else []
+    named = re.compile(rf"{ids.RIG_POSE_KEY} -?\d")
+    return [key.name for key in keys.key_blocks if key.mute and named.match(key.name)] if keys else []
 
 
 def write_positions(mesh, key, shape):

@@ -166,6 +166,20 @@ def test_a_corrective_has_what_the_sliders_do_not_reach(face):
     assert not bpy.ops.meanvalue.add_corrective.poll()
 
 
+def test_a_key_of_the_artist_s_own_that_is_called_corrective_is_left_alone(face):
+    obj, control = face
+    own = obj.shape_key_add(name="Corrective", from_mix=False)
+    own.data[39].co.z += 0.1
+    before = steps.key_positions(obj, "Corrective")
+    move(control, z=0.4, y=0.6)
+    assert bpy.ops.meanvalue.add_corrective() == {'FINISHED'}
+    np.testing.assert_array_equal(steps.key_positions(obj, "Corrective"), before)
+    made = obj.meanvalue.corrective_key
+    assert made.startswith("Corrective.") and values(obj)[made] == 1.0
+    assert bpy.ops.meanvalue.add_corrective() == {'FINISHED'}
+    assert sum(key.name.startswith("Corrective") for key in obj.data.shape_keys.key_blocks) == 2
+
+
 def test_undo_and_reloading_end_with_the_same_values(face, tmp_path):
     obj, control = face
     name = obj.name

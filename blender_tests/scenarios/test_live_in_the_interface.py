@@ -43,7 +43,9 @@ class Gate:
         return self.finished
 
 
-def test_what_takes_long_is_predicted_meanwhile(timers, part, monkeypatch):
+@pytest.fixture
+def dragged(timers, part, monkeypatch):
+    """(object, control, Gate of its solves), dragged by three steps."""
     obj, control = handles.tube()
     session, gate = part("solver.session"), Gate()
     solve_steps = session.solve_steps
@@ -57,15 +59,32 @@ def test_what_takes_long_is_predicted_meanwhile(timers, part, monkeypatch):
         move(control, (0.2, 0.0, 0.0))
         while part("live.roll").follower_of(obj).wait(obj) < 0.1:
             timers.step()
+    return obj, control, gate
+
+
+def test_what_takes_long_is_predicted_meanwhile(timers, dragged):
+    obj, control, gate = dragged
     gate.finished = False
     move(control, (0.2, 0.0, 0.0))
     foreseen = shown(obj)
+    assert not is_settled(obj)
     assert np.abs(foreseen[TOP, 0] - rest(obj)[TOP, 0] - 0.8).max() < 1e-6
     gate.finished = True
     timers.run(0.1)
     assert is_settled(obj)
     off = np.linalg.norm(shown(obj) - foreseen, axis=1)
     assert 0.0 < off.max() < 0.02  # of a move by 0.2
+
+
+def test_what_was_predicted_gives_way_to_the_last_answer_when_live_is_turned_off(dragged):
+    obj, control, gate = dragged
+    answer = shown(obj)
+    gate.finished = False
+    move(control, (0.2, 0.0, 0.0))
+    assert np.abs(shown(obj) - answer).max() > 0.1
+    obj.meanvalue.live = False
+    update()
+    assert np.array_equal(shown(obj), answer)
 
 
 def test_without_live_no_timer_runs(timers):

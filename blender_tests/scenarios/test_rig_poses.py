@@ -52,6 +52,16 @@ def test_the_poses_that_differ_most_are_kept_muted(arm):
     assert len(poses(obj)) == 5 and not any(".0" in key.name for key in poses(obj))
 
 
+def test_keys_of_the_artist_s_own_are_left_alone(arm):
+    obj, _ = arm
+    obj.shape_key_add(name="Basis", from_mix=False)
+    own = [obj.shape_key_add(name=name, from_mix=False).name for name in ("Rig Pose 20", "Rig Posed by hand")]
+    obj.data.shape_keys.key_blocks[own[1]].mute = True
+    assert bpy.ops.meanvalue.sample_rig_poses(count=2) == {'FINISHED'}
+    assert bpy.ops.meanvalue.sample_rig_poses(count=2) == {'FINISHED'}
+    assert {key.name for key in poses(obj)} == {*own, "Rig Pose 20.001", "Rig Pose 40"}
+
+
 def test_what_makes_vertices_and_what_is_posed_does_not_count(arm):
     obj, _ = arm
     obj.modifiers.new("Subdivision", 'SUBSURF')

@@ -41,7 +41,7 @@ class RigPoses:
         """Generator of the share that is done. find() returns the object. @throws SceneError."""
         scene = bpy.data.scenes[self._scene_name]
         rows = slice(None, None, -(-len(self._rest) // MOST_VERTICES))
-        poses = yield from frames.visit(scene, self._times, lambda: self._seen(find())[rows])
+        poses = yield from frames.visit(scene, self._times, lambda: self._seen(find())[rows].copy())
         least = SAME_POSE * fixed_points.bounding_box_diagonal(self._rest)
         chosen = self._times[far_poses.differing(self._rest[rows], np.array(poses), self._most, least)]
         if not len(chosen):
@@ -63,7 +63,10 @@ class RigPoses:
                 "viewport what makes or merges vertices, and sample again"
             )
         if not np.isfinite(shape).all():
-            raise SceneError(f"{rig_space.named(obj)} puts vertices of '{obj.name}' at places that are not numbers")
+            raise SceneError(
+                f"{rig_space.named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset "
+                "what moves them there"
+            )
         return shape
 
     def work(self, _execution):

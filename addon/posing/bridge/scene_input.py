@@ -159,7 +159,7 @@ def gather(obj, reading=None, to_bind=True):
         border_strengths=border_strengths,
         loose=settings.loose_parts,
         merge_distance=settings.merge_distance,
-        examples=examples.gather(obj, rest, reading.weights),
+        examples=examples.gather(obj, rest, reading.weights) if to_bind else None,
     )
     if to_bind:
         bind_input.check()

@@ -21,8 +21,8 @@ from ...scene.core.mirror_planes import reflection
 from . import connected, welding
 from .agreed_motion import agreed
 
-#: Of the mesh's size: shapes that are nearer to each other are one.
-SAME_SHAPE = 1e-3
+#: Of the mesh's size, and of how far the shape is from rest: shapes that are nearer to each other are one.
+SAME_SHAPE, SAME_MOVE = 1e-3, 0.1
 
 
 def of(bind_input):
@@ -239,17 +239,18 @@ class SolverMesh:
         One that is the same on both sides is made so to the last bit. Of the others, where planes repeat the mesh, the
         images count too, unless a shape is like them: what a left arm shows holds for the right one.
         """
-        near = SAME_SHAPE * bounding_box_diagonal(self.rest)
+        most = SAME_SHAPE * bounding_box_diagonal(self.rest)
         is_repeated = not any(is_double for _, is_double in self._counts_before)
         found, one_sided = [], []
         for number, shape in enumerate(shapes):
             on_both_sides = self.start(shape)
             own = self._moved(shape, [0]) if is_repeated else on_both_sides
+            near = min(most, SAME_MOVE * np.abs(shape - self._of.rest).max(initial=0.0))
             is_symmetric = np.abs(own - on_both_sides).max(initial=0.0) <= near
             found.append((on_both_sides if is_symmetric else own, number))
             if not is_symmetric:
-                one_sided.append((shape, number))
-        for shape, number in one_sided:
+                one_sided.append((shape, number, near))
+        for shape, number, near in one_sided:
             for element in range(1, len(self._turns)):
                 image = self._moved(shape, [element])
                 if all(np.abs(image - each).max(initial=0.0) > near for each, _ in found):

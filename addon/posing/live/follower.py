@@ -32,6 +32,9 @@ stand_ins = []
 
 def turned(obj):
     """Live was turned on or off."""
+    follower = roll.follower_of(obj)
+    if not obj.meanvalue.live and isinstance(follower, Follower):
+        follower.take_back(obj)
     if obj.meanvalue.live:
         roll.turn_others_off(obj, next(kind for kind in (*stand_ins, Follower) if kind.asks_for(obj)))
     obj.update_tag()
@@ -72,6 +75,15 @@ class Follower(Following):
                 place = place @ evaluated.pose.bones[handle.bone].matrix
             found.append(np.array(place).ravel())
         return np.concatenate(found) if found else np.empty(0)
+
+    def is_settled(self, obj):
+        return super().is_settled(obj) and not self._shows_prediction()
+
+    def take_back(self, obj):
+        """Nothing follows any more: a prediction gives way to the last answer."""
+        if self._shows_prediction() and self._has_key(obj):
+            self._write(obj, self._drag.prediction.shape)
+            self._drag.prediction.foreseen = None
 
     def notes(self):
         """What is wrong with what is shown, in sentences."""
@@ -143,6 +155,7 @@ class Follower(Following):
                 drag.prediction.note(wanted.positions, composed)
                 if self._wanted is not wanted and self._is_foreseen(owner):
                     return
+            drag.prediction.foreseen = None
             if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
                 self._model(owner).wrote(shown)
             elif not (settles and self._near(composed, shown, SAME_TARGETS)):
@@ -174,6 +187,9 @@ class Follower(Following):
         if shape is not None:
             self._write(obj, result.compose(self._input, wanted.positions, shape))
         return shape is not None
+
+    def _shows_prediction(self):
+        return self._drag is not None and self._drag.prediction.foreseen is not None
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)

@@ -25,11 +25,12 @@ class Corrective:
 
     def __init__(self, obj, reading):
         """@throws SceneError."""
-        self._held = scene_input.gather(obj, reading)
+        self._held = scene_input.gather(obj, reading, to_bind=False)
         self._targets = targets.gather(obj, self._held)
         shapes = key_shapes.gather(obj)
         self._mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
-        self._bind_input = dataclasses.replace(self._held, rest=self._mix, examples=None)
+        self._bind_input = dataclasses.replace(self._held, rest=self._mix)
+        self._bind_input.check()
         self._triangles = mesh_arrays.triangles(obj.data, self._mix)
 
     def work(self, execution):
@@ -53,9 +54,10 @@ class Corrective:
             raise SceneError("The shape keys reach all handles, so there is nothing left for a corrective")
         keys = obj.data.shape_keys
         points = self._held.rest + offset
-        key = keys.key_blocks.get(ids.CORRECTIVE_KEY)
+        key = keys.key_blocks.get(obj.meanvalue.corrective_key)
         if key is None:
             key = shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
+            obj.meanvalue.corrective_key = key.name
         else:
             shape_keys.write_positions(obj.data, key, points)
         shape_keys.show_fully(keys, key)

@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ... import ids
 from ...errors import SceneError
 from ...scene import shape_keys
 from . import key_shapes
@@ -20,7 +19,8 @@ def names(obj):
     if not is_on(obj):
         return []
     driven, keys = [slider.name for slider in key_shapes.sorted_out(obj)[0]], obj.data.shape_keys
-    return [*driven, ids.CORRECTIVE_KEY] if keys is not None and ids.CORRECTIVE_KEY in keys.key_blocks else driven
+    corrective = obj.meanvalue.corrective_key
+    return [*driven, corrective] if keys is not None and corrective in keys.key_blocks else driven
 
 
 def positions(obj):

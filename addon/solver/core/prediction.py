@@ -34,28 +34,30 @@ class Prediction:
     """By secants, as the solver's own (docs/decisions/0012): targets that move on as they did in the last answers take
     the shape on as they did then. Wrong by the square of the move only.
 
-    foreseen  the targets that at() last had an answer for, or None
+    shape     the last answer, n x 3 float32, or None
+    foreseen  the targets for which the mesh shows what at() gave, or None
     """
 
     def __init__(self, size):
         self._size = size
         self._changes = deque(maxlen=MOST_CHANGES)  # the latest first
-        self._targets = self._shape = self.foreseen = None
+        self._targets = self.shape = self.foreseen = None
         self._is_good = True
 
     def note(self, targets, shape):
         """An answer: k x 3 targets and n x 3 float32."""
         if self._targets is not None and not np.array_equal(targets, self._targets):
             foreseen = self._foresee(targets) if self._changes else None
-            change = Change((targets - self._targets).ravel(), shape - self._shape)
-            self._is_good = foreseen is None or _rms(foreseen - shape) <= MOST_WRONG * _rms(change.shape)
+            change = Change((targets - self._targets).ravel(), shape - self.shape)
+            if foreseen is not None:
+                self._is_good = _rms(foreseen - shape) <= MOST_WRONG * _rms(change.shape)
             self._changes.appendleft(change)
-        self._targets, self._shape = targets, shape
+        self._targets, self.shape = targets, shape
 
     def begin(self, targets, shape):
         """An answer that does not go on from the last one."""
         self._changes.clear()
-        self._targets = None
+        self._targets, self._is_good = None, True
         self.note(targets, shape)
 
     @property
@@ -74,7 +76,7 @@ class Prediction:
         shares = self._shares((targets - self._targets).ravel())
         if shares is None:
             return None
-        shape = self._shape.copy()
+        shape = self.shape.copy()
         for share, change in zip(shares, self._changes, strict=True):
             if share != 0.0:
                 shape += np.float32(share) * change.shape
