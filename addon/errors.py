@@ -18,6 +18,13 @@ class MotionFileError(MeanValueError):
     """A motion capture file cannot be read: it is damaged, of another format, or has no markers."""
 
 
+class ChangedMeanwhileError(SceneError):
+    """An object was edited while a job worked on what had been read of it."""
+
+    def __init__(self, name):
+        super().__init__(f"'{name}' was changed while it was worked on, so the result is dropped. Try again")
+
+
 class StaleBindingError(SceneError):
     """The mesh is not the one that was bound."""
 

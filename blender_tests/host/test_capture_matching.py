@@ -10,6 +10,7 @@ from addon.capture.core.body import Body
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
 from addon.errors import InvalidMotionError
+from addon.scene.core.rigid import nearest_rotations
 from addon.scene.core.surface import Surface, nearest_on_triangles
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
@@ -261,6 +262,19 @@ def test_on_a_walk_targets_follow_the_skin_far_better_than_offsets_that_are_not_
     unturned = np.linalg.norm(walk.clean - (REFERENCE - VERTICES[match.vertex]) - truth, axis=2)[:, same]
     assert np.sqrt((error**2).mean()) < 0.45 * np.sqrt((unturned**2).mean())
     assert error.max() < 0.02
+
+
+@pytest.mark.parametrize("offset", 0.02 * np.eye(3), ids=["aside", "behind", "above"])
+def test_skin_at_a_joint_of_the_leg_turns_half_way_between_both_bones(offset):
+    joints, turns, _ = walking_figure.walking(np.arange(120) / 100.0)
+    walk = walking_figure.markers_on(joints, turns)
+    targets = skin_targets(walk, REFERENCE, np.tile(offset, (len(LABELS), 1)), NAMES)
+    for joint, upper, lower in (("Knee", "thigh", "shank"), ("Ankle", "shank", "foot")):
+        for side in "LR":
+            number = LABELS.index(f"{side}{joint}Out")
+            half = nearest_rotations(turns[f"{upper}.{side}"] + turns[f"{lower}.{side}"])
+            off = walk[:, number] - targets[:, number] - half @ offset
+            assert np.linalg.norm(off, axis=1).max() < 0.004, (joint, side)
 
 
 def test_missing_neighbours_hardly_matter_and_missing_markers_stay_missing():

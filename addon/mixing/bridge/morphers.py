@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import SceneError, SolverError
+from ...errors import ChangedMeanwhileError, SolverError
 from ...solver import native_loader, session
 from ..core import in_betweens
 from . import mixed_keys
@@ -89,10 +89,10 @@ class Mixing:
             self.binding = yield from bind_steps(self.bind_input, execution)
 
     def require_unchanged(self, obj, _reading):
-        """@throws SceneError if the shape keys are others by now."""
+        """@throws ChangedMeanwhileError if the shape keys are others by now."""
         if mixed_keys.problem(obj) is None and gather(obj).revision == self.bind_input.revision:
             return
-        raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+        raise ChangedMeanwhileError(obj.name)
 
 
 class InBetweenSearch(Mixing):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it."""
 
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError
 from ...scene import mesh_arrays, shape_keys, subject
 from ...solver import session
 from . import bound_record, scene_input, targets
@@ -65,7 +65,7 @@ class Posing:
         obj.update_tag()  # live posing may have waited for it
 
     def require_unchanged(self, obj, reading=None):
-        """@throws SceneError if the scene is another one by now: a script, a timer or another window was at work."""
+        """@throws ChangedMeanwhileError if a script, a timer or another window made the scene another one."""
         problem = subject.object_problem(obj) or subject.mode_problem(obj)
         if problem is None:
             now = scene_input.gather(obj, reading)
@@ -73,4 +73,4 @@ class Posing:
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and (goal is None or goal.is_near(self.targets, 0.0)):
                 return
-        raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+        raise ChangedMeanwhileError(obj.name)

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 
 from ... import ids
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import scene_input, targets
 from ...scene import mesh_arrays, shape_keys
 from ...solver import session
@@ -41,11 +41,11 @@ class Corrective:
         return result.compose(self._bind_input, self._targets.positions, solved)
 
     def require_unchanged(self, obj, reading):
-        """@throws SceneError if handles, keys or their values are others by now."""
+        """@throws ChangedMeanwhileError if handles, keys or their values are others by now."""
         now = Corrective(obj, reading)
         is_same = now._held.fingerprint == self._held.fingerprint and np.array_equal(now._mix, self._mix)
         if not is_same or not now._targets.is_near(self._targets, 0.0):
-            raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+            raise ChangedMeanwhileError(obj.name)
 
     def write(self, obj, shape):
         """The name of the key, shown fully, which is relative to the rest shape. @throws SceneError."""

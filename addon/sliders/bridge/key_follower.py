@@ -137,16 +137,14 @@ class KeyFollower(Follower):
             key_shapes.set_values(obj, names, found.values)
 
         def work(_execution):
-            task = session.call(
+            begun = time.perf_counter()
+            found = yield from session.steps(
                 fit.start_solve,
                 drive.targets(wanted.positions),
                 drive.weights(wanted.weights),
                 steady=True,
                 refused=REFUSED,
             )
-            begun = time.perf_counter()
-            yield task
-            found = session.call(task.result, refused=REFUSED)
             self.solve_seconds = time.perf_counter() - begun
             return lambda obj: collect(obj, found)
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ... import wording
 from ...baking.core import key_reduction
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import shape_keys
 from ...scene.core import fixed_points
 from ...solver import native_loader, session
@@ -54,16 +54,14 @@ class ValueBaking:
             can_move=self.options.head_motion != head_motion.STILL,
             refused=REFUSED,
         )
-        task = session.call(
+        self.solved = yield from session.steps(
             self.fit.start_solve_sequence, source.targets, source.weights, execution=execution, refused=REFUSED
         )
-        yield task
-        self.solved = session.call(task.result, refused=REFUSED)
 
     def require_unchanged(self, obj, _reading):
-        """@throws SceneError if the shape keys are others by now."""
+        """@throws ChangedMeanwhileError if the shape keys are others by now."""
         if key_shapes.gather(obj).revision != self.shapes.revision:
-            raise SceneError(f"'{obj.name}' was changed while it was worked on, so the result is dropped. Try again")
+            raise ChangedMeanwhileError(obj.name)
         self._require_room(obj)
 
     def reduce(self):
