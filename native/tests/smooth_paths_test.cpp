@@ -61,6 +61,15 @@ TEST(SmoothPaths, AJumpIsSpreadOverTheFramesBesideIt) {
     }
 }
 
+TEST(SmoothPaths, AJumpThatTakesSomeFramesIsSpreadAsAWhole) {
+    const auto frames = smoothed(path([](Index t) {
+                                     const double x[] = {0.3, 0.65, 1.05, 1.1};
+                                     return t < 30 || t > 33 ? step(t) : x[t - 30];
+                                 }),
+                                 0.0);
+    EXPECT_LT(largest_second_difference(frames), 0.05);
+}
+
 TEST(SmoothPaths, SteadyMotionKeepsItsBits) {
     const auto motion = path([](Index t) { return 3.0 + 0.25 * t - 0.0625 * t * t; });
     const auto frames = smoothed(motion, 1e-3);

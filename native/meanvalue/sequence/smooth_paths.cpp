@@ -1,7 +1,6 @@
 #include "meanvalue/sequence/smooth_paths.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -119,48 +118,69 @@ PathSmoother::Limits PathSmoother::roughness_of(const Trajectories& trajectories
     return limits;
 }
 
-bool PathSmoother::find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
-                               const Limits& limits, std::vector<double>& excess) const {
-    const auto sum = [&](const Terms& terms) {
-        std::fill(excess.begin(), excess.end(), 0.0);
-        for (const Term& term : terms) {
-            const float* const at = points[term.frame] + begin;
-            for (std::size_t k = 0; k < numbers; ++k)
-                excess[k] += term.factor * at[k];
+double PathSmoother::sum(const Terms& terms, const std::vector<float*>& points, std::size_t begin,
+                         std::size_t numbers, std::vector<double>& result) {
+    std::fill(result.begin(), result.end(), 0.0);
+    for (const Term& term : terms) {
+        const float* const at = points[term.frame] + begin;
+        for (std::size_t k = 0; k < numbers; ++k)
+            result[k] += term.factor * at[k];
+    }
+    double longest = 0.0;
+    for (std::size_t k = 0; k < numbers; k += 3)
+        longest = std::max(longest, length_of(&result[k]));
+    return longest;
+}
+
+/// @param jumps receives the share of the roughness of each frame and point that is a jump's, and not a swing's.
+/// @return the frames that have any.
+std::vector<char> PathSmoother::find_jumps(const std::vector<float*>& points, std::size_t begin, std::size_t numbers,
+                                           const Limits& limits, std::vector<double>& jumps) const {
+    std::vector<char> found(frame_count_, 0);
+    std::vector<double> near(3 * kBlock);
+    std::vector<double> wide(3 * kBlock);
+    for (Index frame = 0; frame < frame_count_; ++frame) {
+        double* const shares = &jumps[frame * kBlock];
+        std::fill_n(shares, kBlock, 0.0);
+        if (sum(near_[frame], points, begin, numbers, near) <= limits.near[frame]) continue;
+        sum(wide_[frame], points, begin, numbers, wide);
+        for (std::size_t k = 0; k < numbers; k += 3) {
+            const double above = length_of(&near[k]) - limits.near[frame];
+            const double length = length_of(&wide[k]);
+            if (above <= kOfSwing * length) continue;
+            shares[k / 3] = (above / length - kOfSwing) / (kOfJump - kOfSwing);
+            found[frame] = 1;
         }
-    };
-    std::array<double, kBlock> near{};
-    bool exceeds = false;
-    sum(near_[frame]);
-    for (std::size_t k = 0; k < numbers; k += 3) {
-        near[k / 3] = length_of(&excess[k]) - limits.near[frame];
-        exceeds = exceeds || near[k / 3] > 0.0;
     }
-    if (!exceeds) return false;
-    exceeds = false;
-    sum(wide_[frame]);
-    for (std::size_t k = 0; k < numbers; k += 3) {
-        const double length = length_of(&excess[k]);
-        const double jump = (near[k / 3] - kOfSwing * length) / (kOfJump - kOfSwing);
-        const double above = std::min(length - limits.wide[frame], jump);
-        const double share = above > 0.0 ? above / length : 0.0;
-        exceeds = exceeds || share > 0.0;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            excess[k + axis] *= share;
-    }
-    return exceeds;
+    return found;
 }
 
 void PathSmoother::smooth(const std::vector<float*>& points, std::size_t count, const Limits& limits,
                           const Execution& execution) const {
     std::vector<double> excess(3 * kBlock);
+    std::vector<double> jumps(frame_count_ * kBlock);
     std::vector<std::vector<double>> moves(frame_count_);  // empty: none
     for (std::size_t first = 0; first < count; first += kBlock) {
         execution.check();
         const std::size_t begin = 3 * first;
         const std::size_t numbers = 3 * std::min(kBlock, count - first);
+        const std::vector<char> has_jumps = find_jumps(points, begin, numbers, limits, jumps);
         for (Index frame = 0; frame < frame_count_; ++frame) {
-            if (!find_excess(points, begin, numbers, frame, limits, excess)) continue;
+            // A jump may take some frames, and is spread as a whole: what is left of it would be a jump again.
+            const Index from = std::max<Index>(0, frame - kNear);
+            const Index behind = std::min(frame_count_, frame + kNear + 1);
+            if (std::none_of(has_jumps.begin() + from, has_jumps.begin() + behind, [](char any) { return any; }))
+                continue;
+            if (sum(wide_[frame], points, begin, numbers, excess) <= limits.wide[frame]) continue;
+            for (std::size_t k = 0; k < numbers; k += 3) {
+                double share = 0.0;
+                for (Index near = from; near < behind; ++near)
+                    share = std::max(share, jumps[near * kBlock + k / 3]);
+                const double length = length_of(&excess[k]);
+                share = length > limits.wide[frame] ? std::min(share, 1.0 - limits.wide[frame] / length) : 0.0;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    excess[k + axis] *= share;
+            }
             const Index end = std::min(frame_count_, frame + half_width_);
             for (Index to = std::max<Index>(0, frame - half_width_ + 1); to < end; ++to) {
                 moves[to].resize(3 * kBlock, 0.0);

@@ -50,10 +50,12 @@ class PathSmoother {
     };
     using Terms = std::vector<Term>;
 
-    /// @param excess receives by how much the roughness of `numbers` coordinates from `begin` on is above the limits.
-    /// @return whether any is.
-    bool find_excess(const std::vector<float*>& points, std::size_t begin, std::size_t numbers, Index frame,
-                     const Limits& limits, std::vector<double>& excess) const;
+    /// @param result receives the roughness of `numbers` coordinates from `begin` on. @return that of the roughest
+    /// point.
+    static double sum(const Terms& terms, const std::vector<float*>& points, std::size_t begin, std::size_t numbers,
+                      std::vector<double>& result);
+    std::vector<char> find_jumps(const std::vector<float*>& points, std::size_t begin, std::size_t numbers,
+                                 const Limits& limits, std::vector<double>& jumps) const;
     Terms roughness_at(Index frame, Index half_width) const;
     void add(Index frame, double factor, Terms& terms) const;
     /// What an excess of 1 at frame `from` moves frame `to` by.
