@@ -5,10 +5,10 @@ import time
 
 import bpy
 import numpy as np
-from support import mesh_files, meshes
+from support import meshes
 
-from .. import common_options, pictures, pose, report, scene_mesh, stage
-from ..rig.run import MAKERS, add_body
+from .. import pictures, pose, report, scene_mesh, stage
+from ..rig.run import add_body, blocks_of, options_of
 from . import limbs
 
 ABOUT = (
@@ -23,22 +23,12 @@ examples and with ten poses of its rig. Pictures of skinning, of the pose withou
 
 def options(argv):
     """The command line after `example`."""
-    parser = common_options.parser("example", DESCRIPTION, MAKERS, "just one of the bodies")
-    parser.set_defaults(engine="workbench")  # shows folds best
-    return common_options.parse(parser, argv)
+    return options_of("example", DESCRIPTION, argv)
 
 
 def blocks(words, empty_scene):
     """The report's lines for each body; makes the files."""
-    found = []
-    for name, make in MAKERS.items():
-        if words.only not in (None, name):
-            continue
-        if name == "makehuman" and not (mesh_files.DATA / "makehuman").is_dir():
-            found.append([f"{name}: left out, {mesh_files.DATA / 'makehuman'} is not there", ""])
-        else:
-            found.append(one(make(), words, empty_scene))
-    return found
+    return blocks_of(one, words, empty_scene)
 
 
 def one(figure, words, empty_scene):

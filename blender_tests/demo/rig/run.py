@@ -25,13 +25,23 @@ the add-on's operators. Pictures of skinning alone, of the corrective, and of th
 
 def options(argv):
     """The command line after `rig`."""
-    parser = common_options.parser("rig", DESCRIPTION, MAKERS, "just one of the bodies")
+    return options_of("rig", DESCRIPTION, argv)
+
+
+def options_of(demo, description, argv):
+    """The command line of a demo of the bodies."""
+    parser = common_options.parser(demo, description, MAKERS, "just one of the bodies")
     parser.set_defaults(engine="workbench")  # shows folds best
     return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
     """The report's lines for each body; makes the files."""
+    return blocks_of(one, words, empty_scene)
+
+
+def blocks_of(one_body, words, empty_scene):
+    """The lines of one_body(figure, words, empty_scene) for each body that was asked for and is there."""
     found = []
     for name, make in MAKERS.items():
         if words.only not in (None, name):
@@ -39,7 +49,7 @@ def blocks(words, empty_scene):
         if name == "makehuman" and not (mesh_files.DATA / "makehuman").is_dir():
             found.append([f"{name}: left out, {mesh_files.DATA / 'makehuman'} is not there", ""])
         else:
-            found.append(one(make(), words, empty_scene))
+            found.append(one_body(make(), words, empty_scene))
     return found
 
 
