@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a library for macOS keep to its own C++ symbols: own_symbols.py LIBRARY
 
-Zig's linker has the system look in all libraries of the process for the weak ones (vtables, types of exceptions, parts
-of libc++), also for those that are hidden and so are in none; the places that refer to them hold the library's own
-already. The list of what to look for is dropped, and the signature, where there is one, made to fit.
+Zig's linker lists weak symbols (vtables, types of exceptions, parts of libc++) for the system to look up in all
+libraries of the process. Hidden ones are in none, so the look-up would fail. The references point to the library's own
+symbols already. This drops the list, and signs the library again if it was signed.
 """
 
 import hashlib

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ... import ids
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import frames, rig_space, shape_keys
 from ...scene.core import fixed_points, sample_times
 from ..core import far_poses
@@ -75,9 +75,9 @@ class RigPoses:
         yield  # a generator of native tasks, none of them
 
     def require_unchanged(self, obj, _reading):
-        """@throws SceneError if the mesh is another one by now."""
+        """@throws ChangedMeanwhileError if the mesh is another one by now."""
         if not np.array_equal(shape_keys.rest_positions(obj.data), self._rest.astype(np.float32)):
-            raise SceneError(f"'{obj.name}' was changed while it was sampled, so the poses are dropped. Try again")
+            raise ChangedMeanwhileError(obj.name)
 
     def write(self, obj):
         """Muted shape keys in place of those of before. Returns their names."""
