@@ -76,6 +76,26 @@ def test_what_takes_long_is_predicted_meanwhile(timers, dragged):
     assert 0.0 < off.max() < 0.02  # of a move by 0.2
 
 
+def test_two_meshes_are_predicted_each_by_its_own_answers(timers, part, dragged):
+    obj, control, gate = dragged
+    other, its_control = handles.tube("Other")
+    for _answer in range(3):
+        move(its_control, (0.0, 0.1, 0.0))
+        while part("live.roll").follower_of(other).wait(other) < 0.1:
+            timers.step()
+    gate.finished = False
+    move(control, (0.2, 0.0, 0.0))
+    move(its_control, (0.0, 0.1, 0.0))
+    foreseen = [(each, shown(each)) for each in (obj, other)]
+    for (each, shape), offset in zip(foreseen, ((0.8, 0.0, 0.0), (0.0, 0.4, 0.0)), strict=True):
+        assert np.abs(shape[TOP] - rest(each)[TOP] - offset).max() < 1e-6
+    gate.finished = True
+    timers.run(0.1)
+    for each, shape in foreseen:
+        assert is_settled(each)
+        assert 0.0 < np.linalg.norm(shown(each) - shape, axis=1).max() < 0.02
+
+
 def test_what_was_predicted_gives_way_to_the_last_answer_when_live_is_turned_off(dragged):
     obj, control, gate = dragged
     answer = shown(obj)

@@ -62,6 +62,22 @@ def test_keys_of_the_artist_s_own_are_left_alone(arm):
     assert {key.name for key in poses(obj)} == {*own, "Rig Pose 20.001", "Rig Pose 40"}
 
 
+def test_the_rig_may_be_linked(arm, tmp_path):
+    obj, armature = arm
+    path = str(tmp_path / "rig.blend")
+    bpy.data.libraries.write(path, {armature})
+    with bpy.data.libraries.load(path, link=True) as (_there, here):
+        here.objects = [armature.name]
+    bpy.data.objects.remove(armature)
+    linked = here.objects[0]
+    bpy.context.collection.objects.link(linked)
+    obj.modifiers["Armature"].object = linked
+    bpy.context.view_layer.update()
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.sample_rig_poses(count=2) == {'FINISHED'}
+    assert [key.name for key in poses(obj)] == ["Rig Pose 20", "Rig Pose 40"]
+
+
 def test_what_makes_vertices_and_what_is_posed_does_not_count(arm):
     obj, _ = arm
     obj.modifiers.new("Subdivision", 'SUBSURF')
