@@ -192,7 +192,7 @@ def main(arguments):
     warm = [table_row(row, WARM_KEYS) for row in rows]
     reporting.report(f"{title}; warm", WARM_COLUMNS, warm, arguments.json)
     print()
-    reporting.report(f"{title}; from rest", COLD_COLUMNS, [table_row(row, COLD_KEYS) for row in rows], None)
+    reporting.report(f"{title}; from rest", COLD_COLUMNS, [table_row(row, COLD_KEYS) for row in rows], arguments.json)
     if arguments.json:
         content = {**json.loads(arguments.json.read_text()), "measured": rows}
         arguments.json.write_text(json.dumps(content, indent=1) + "\n")

@@ -126,7 +126,7 @@ def report_drag(json_path):
 def main():
     json_path = reporting.json_argument(__doc__)
     report_poses(json_path)
-    report_drag(json_path and json_path.with_name("examples_drag.json"))
+    report_drag(json_path)
 
 
 if __name__ == "__main__":

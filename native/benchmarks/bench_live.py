@@ -259,7 +259,7 @@ def main():
     rigged, bones = measure(*RIGGED, is_rigged=True)
     rows.append(rigged)
     reporting.report(f"live posing, Blender {bpy.app.version_string}", COLUMNS, rows, json_path)
-    reporting.report("steps of a bone with Live on", BONE_COLUMNS, [bones], None)
+    reporting.report("steps of a bone with Live on", BONE_COLUMNS, [bones], json_path)
     for row in rows:
         if abs(row[1] - GOAL_SIZE) < 0.1 * GOAL_SIZE and row is not rigged:
             what = f"{row[0]}, {row[1]:,} vertices: without the solver {row[-1]:.1f} ms a frame"

@@ -164,11 +164,8 @@ def main():
             ["vertices", "bind s", "ratio", "frame ms", "MB"], speed_rows,
         ),
     }  # fmt: skip
-    for number, (title, (columns, rows)) in enumerate(tables.items()):
-        path = arguments.json
-        if path is not None and number > 0:
-            path = path.with_suffix(f".{number}.json")
-        reporting.report(title, columns, list(rows()), path)
+    for title, (columns, rows) in tables.items():
+        reporting.report(title, columns, list(rows()), arguments.json)
 
 
 if __name__ == "__main__":

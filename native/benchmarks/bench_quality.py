@@ -222,7 +222,8 @@ def main(arguments):
     print()
     order = list(dict.fromkeys(row["case"] for row in others))
     others.sort(key=lambda row: order.index(row["case"]))
-    reporting.report("handles and checks", case_columns, [table_row(row, case_columns) for row in others], None)
+    case_table = [table_row(row, case_columns) for row in others]
+    reporting.report("handles and checks", case_columns, case_table, arguments.json)
     if arguments.json:
         content = {**json.loads(arguments.json.read_text()), "poses": rows, "means": mean_rows, "cases": others}
         arguments.json.write_text(json.dumps(content, indent=1) + "\n")

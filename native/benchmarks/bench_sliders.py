@@ -106,8 +106,7 @@ def main():
     columns = ["markers", "noise, mm", "error", "with 10 % gaps, 2 % outliers", "goal", "ms a solve"]
     reporting.report("Mean error of a value, each frame by itself", columns, list(error_rows(*face)), json_path)
     columns = ["noise, mm", "error", "each alone", "second differences", "each alone", "of the truth", "frames/s"]
-    path = json_path and json_path.with_name("sliders_sequence.json")
-    reporting.report("A motion of 240 frames, 60 markers, 50 shapes", columns, list(sequence_rows(*face)), path)
+    reporting.report("A motion of 240 frames, 60 markers, 50 shapes", columns, list(sequence_rows(*face)), json_path)
 
 
 if __name__ == "__main__":

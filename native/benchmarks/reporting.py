@@ -50,8 +50,14 @@ def stolen():
     return f", {share:.0%} of its time taken by its host" if share >= 0.01 else ""
 
 
+_TABLES = []
+
+
 def report(title, columns, rows, json_path):
-    """Prints a table and writes it as JSON. columns: names; rows: lists of values in their order."""
+    """Prints a table, and writes it as JSON with those that this benchmark reported before.
+
+    columns: names; rows: lists of values in their order.
+    """
     text = [[f"{value:.4g}" if isinstance(value, float) else str(value) for value in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(columns, *text, strict=True)]
     place, today = machine() + stolen(), date.today().isoformat()
@@ -59,7 +65,8 @@ def report(title, columns, rows, json_path):
     for row in (columns, *text):
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     if json_path:
-        content = {"title": title, "machine": place, "date": today, "columns": columns, "rows": rows}
+        _TABLES.append({"title": title, "columns": columns, "rows": rows})
+        content = {"machine": place, "date": today, "tables": _TABLES}
         json_path.parent.mkdir(parents=True, exist_ok=True)
         json_path.write_text(json.dumps(content, indent=1) + "\n")
 
