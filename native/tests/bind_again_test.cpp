@@ -193,12 +193,11 @@ TEST(RemovalLog, LeadsToTheOrderThatIsFoundWithoutIt) {
                     options.handles[handles.anchors[k]] = handles.handles[k];
                 }
                 Execution execution;
-                const Hierarchy expected =
-                    build_hierarchy(rings, mesh.vertices, is_fixed, options, SplitBy::kCarrying, 1, execution);
+                const Hierarchy expected = build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution);
                 const RemovalLog* const earlier = log.get();
                 std::shared_ptr<const RemovalLog> next;
-                const Hierarchy found = build_hierarchy(rings, mesh.vertices, is_fixed, options, SplitBy::kCarrying,
-                                                        1, execution, earlier, &next);
+                const Hierarchy found =
+                    build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution, earlier, &next);
                 ASSERT_EQ(found.order, expected.order) << mesh.name << " " << round;
                 ASSERT_EQ(found.levels.size(), expected.levels.size());
                 for (std::size_t level = 0; level < found.levels.size(); ++level) {

@@ -60,7 +60,7 @@ class ScalarRows {
 
   private:
     void add(Index vertex, const Vector3& gradient, Evaluation& result) const {
-        if (unknowns_.slot[vertex] >= 0) result.gradient.row(unknowns_.slot[vertex]) += gradient.transpose();
+        if (unknowns_.number[vertex] >= 0) result.gradient.row(unknowns_.number[vertex]) += gradient.transpose();
     }
 
     void add_bending(Index row, const Positions& pose, Evaluation& result) const {
@@ -197,16 +197,16 @@ TEST_P(DeformationEnergyOf, HasTheGradientOfCentralDifferences) {
         const Positions gradient = bound.evaluate(pose, rigidity).gradient;
         const std::vector<Index>& free = bound.unknowns().free;
         const double step = 1e-6 * bound.mesh().diagonal();
-        for (std::size_t slot = 0; slot < free.size(); slot += 1 + free.size() / 10) {
+        for (std::size_t number = 0; number < free.size(); number += 1 + free.size() / 10) {
             for (int c = 0; c < 3; ++c) {
                 Positions moved = pose;
-                moved(free[slot], c) = pose(free[slot], c) + step;
+                moved(free[number], c) = pose(free[number], c) + step;
                 const double above = bound.evaluate(moved, rigidity).energy;
-                moved(free[slot], c) = pose(free[slot], c) - step;
+                moved(free[number], c) = pose(free[number], c) - step;
                 const double below = bound.evaluate(moved, rigidity).energy;
-                const auto row = static_cast<Eigen::Index>(slot);
+                const auto row = static_cast<Eigen::Index>(number);
                 EXPECT_NEAR((above - below) / (2 * step), gradient(row, c), 2e-5 * gradient.cwiseAbs().maxCoeff())
-                    << slot << ", " << c << ", rigidity " << rigidity;
+                    << number << ", " << c << ", rigidity " << rigidity;
             }
         }
     }
@@ -308,10 +308,10 @@ TEST(InitialHessian, IsNearTheSecondDerivativeAtRest) {
     for (int k = 0; k < 5; ++k) {
         Positions moved = rest;
         Positions step(gradient.rows(), 3);
-        for (Eigen::Index slot = 0; slot < step.rows(); ++slot) {
+        for (Eigen::Index number = 0; number < step.rows(); ++number) {
             for (int c = 0; c < 3; ++c)
-                step(slot, c) = 1e-5 * normal(random);
-            moved.row(bound.unknowns().free[slot]) += step.row(slot);
+                step(number, c) = 1e-5 * normal(random);
+            moved.row(bound.unknowns().free[number]) += step.row(number);
         }
         const double found = energy.evaluate(moved, 50.0, gradient, 1, execution, workspace);
         double bending_and_stretching = 0.0;
@@ -334,7 +334,7 @@ TEST(InitialHessian, WithTheFixedVerticesItsRowsSumToZero) {
         ASSERT_EQ(coupling.matrix.rows(), hessian.cols());
         ASSERT_EQ(coupling.matrix.cols(), static_cast<Eigen::Index>(coupling.vertices.size()));
         for (const Index v : coupling.vertices)
-            EXPECT_LT(bound.unknowns().slot[v], 0);
+            EXPECT_LT(bound.unknowns().number[v], 0);
         const Eigen::VectorXd ones = Eigen::VectorXd::Ones(hessian.cols());
         const Eigen::VectorXd own = hessian.selfadjointView<Eigen::Lower>() * ones;
         const Eigen::VectorXd fixed = coupling.matrix * Eigen::VectorXd::Ones(coupling.matrix.cols());

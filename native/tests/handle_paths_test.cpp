@@ -74,7 +74,7 @@ struct TwoEnds {
         }
     }
     HandlePaths pieces(const std::vector<Index>& handles = {}) const {
-        return {encoding, mesh.vertices, is_fixed, handles, mesh.diagonal(), Execution()};
+        return {encoding, mesh.vertices, is_fixed, handles, mesh.diagonal()};
     }
     /// Half of `motion` is a screw's for the right end; nothing else moves.
     void expect_half_way(const HandlePaths::Path& path, const Motion& motion, const Positions& begin) const {

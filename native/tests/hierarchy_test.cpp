@@ -15,7 +15,10 @@ namespace {
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
                        int threads = 1) {
     Execution execution;
-    return build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, SplitBy::kEncoding, threads, execution);
+    Hierarchy hierarchy = build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
+    for (Level& level : hierarchy.levels)
+        level.splits.encode(mesh.vertices, threads, execution);
+    return hierarchy;
 }
 
 std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
@@ -31,7 +34,8 @@ Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<Index>& anchors,
 
 /// Puts the removed vertices back by equation 13.
 Positions split_all(const Hierarchy& hierarchy, Positions positions, int threads = 1) {
-    hierarchy.split(static_cast<int>(hierarchy.levels.size()) - 1, -1, positions, threads, Execution());
+    for (auto level = hierarchy.levels.rbegin(); level != hierarchy.levels.rend(); ++level)
+        level->splits.apply(positions, threads, Execution());
     return positions;
 }
 
@@ -53,8 +57,8 @@ TEST_P(EveryKind, SplitsAndCarryingGiveBackTheShapeAndASimilarityOfIt) {
     const Positions moved = moved_by_similarity(mesh.vertices, 2.0, {1, 2, 3}, 2.5, {4, 5, 6});
     const auto carried = [&](int threads) {
         Positions positions = without_removed(hierarchy, moved);
-        const int coarsest = static_cast<int>(hierarchy.levels.size()) - 1;
-        hierarchy.carry(coarsest, -1, mesh.vertices, positions, threads, Execution());
+        for (auto level = hierarchy.levels.rbegin(); level != hierarchy.levels.rend(); ++level)
+            level->splits.carry(mesh.vertices, positions, threads, Execution());
         return positions;
     };
     const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
@@ -307,7 +311,7 @@ TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
     CoarseningOptions options;
     options.level_sizes = {400};
     const auto build = [&](Execution& execution) {
-        return build_hierarchy(rings, mesh.vertices, is_fixed, options, SplitBy::kEncoding, 2, execution);
+        return build_hierarchy(rings, mesh.vertices, is_fixed, options, 2, execution);
     };
     EXPECT_EQ(cancelled_everywhere(build), (std::vector<std::string>{"", "build hierarchy", "encode"}));
     Execution execution;
@@ -316,7 +320,7 @@ TEST(Hierarchy, CancelsAtAnyPlaceOfCoarseningAndSplits) {
         Execution cancelled;
         cancelled.cancel_at_check(check);
         Positions positions = mesh.vertices;
-        EXPECT_THROW(hierarchy.split(1, -1, positions, 1, cancelled), Cancelled);
+        EXPECT_THROW(hierarchy.levels.front().splits.carry(mesh.vertices, positions, 1, cancelled), Cancelled);
     }
 }
 

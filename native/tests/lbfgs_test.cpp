@@ -18,10 +18,10 @@ struct Line {
     Positions start;
 
     explicit Line(Index count, bool with_fixed = true) {
-        unknowns.slot.assign(count, -1);
+        unknowns.number.assign(count, -1);
         for (Index v = 0; v < count; ++v) {
             if (with_fixed && v % 3 == 0) continue;
-            unknowns.slot[v] = static_cast<Index>(unknowns.free.size());
+            unknowns.number[v] = static_cast<Index>(unknowns.free.size());
             unknowns.free.push_back(v);
         }
         std::vector<Eigen::Triplet<double, std::int64_t>> triplets;

@@ -46,7 +46,7 @@ TEST(LeastSquares, RefusesRingsThatAreTooLong) {
     std::vector<Index> ring(kCount - 1);
     std::iota(ring.begin(), ring.end(), 1);
     setup.rings.append(ring.data(), ring.data() + ring.size(), RingKind::kClosed, true);
-    setup.unknowns.slot.assign(kCount, 0);
+    setup.unknowns.number.assign(kCount, 0);
     setup.unknowns.rows = {0};
     const std::string refusal = message_of<InvalidInput>([&] { require_short_rings(setup); });
     EXPECT_TRUE(contains(refusal, "vertex 0 has 9999 neighbours that may move, and at most 2048"));

@@ -220,8 +220,7 @@ TEST(SoftAnchors, DenseOnesAreThinnedOutOnTheCoarseLevelAndTheirTotalIsKept) {
         is_fixed[v] = mesh.vertices(v, 2) < -0.8 ? 1 : 0;
         if (options.is_soft[v]) soft.push_back({v, static_cast<Index>(soft.size()), 0.25 + 0.5 * (v % 3)});
     }
-    const Hierarchy hierarchy =
-        build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, SplitBy::kEncoding, 1, execution);
+    const Hierarchy hierarchy = build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, 1, execution);
     EXPECT_EQ(hierarchy.base().free_count, 1000);
     const std::vector<SoftAnchor> coarse =
         coarse_soft_anchors(soft, hierarchy, hierarchy.base(), mesh.vertex_count(), 2.0);

@@ -55,24 +55,24 @@ EdgeWeights uniform_weights(const Problem& problem, const Execution& execution) 
 EdgeLaplacian::EdgeLaplacian(const EdgeWeights& weights, const std::vector<char>& is_fixed,
                              const Execution& execution)
     : weights_(weights) {
-    std::vector<std::int64_t> slot(is_fixed.size(), -1);
+    std::vector<std::int64_t> number(is_fixed.size(), -1);
     for (Index v = 0; v < weights_.cols(); ++v) {
         if (is_fixed[v]) continue;
-        slot[v] = static_cast<std::int64_t>(free_.size());
+        number[v] = static_cast<std::int64_t>(free_.size());
         free_.push_back(v);
     }
     std::vector<Entry> entries;
     for (Index v = 0; v < weights_.cols(); ++v) {
         execution.check_every(v);
-        bool matters = slot[v] >= 0;
+        bool matters = number[v] >= 0;
         double sum = 0.0;
         for (EdgeWeights::InnerIterator edge(weights_, v); edge; ++edge) {
             sum += edge.value();
-            matters = matters || slot[edge.row()] >= 0;
-            if (slot[v] >= 0 && slot[edge.row()] > slot[v])
-                entries.emplace_back(slot[edge.row()], slot[v], -edge.value());
+            matters = matters || number[edge.row()] >= 0;
+            if (number[v] >= 0 && number[edge.row()] > number[v])
+                entries.emplace_back(number[edge.row()], number[v], -edge.value());
         }
-        if (slot[v] >= 0) entries.emplace_back(slot[v], slot[v], sum);
+        if (number[v] >= 0) entries.emplace_back(number[v], number[v], sum);
         if (matters) stars_.push_back(v);
     }
     if (free_.empty()) return;

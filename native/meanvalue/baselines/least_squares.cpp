@@ -19,8 +19,8 @@ constexpr int kPasses = 4;
 void require_short_rings(const Setup& setup) {
     std::vector<Index> neighbours;
     for (const Index v : setup.unknowns.rows) {
-        neighbours.push_back(static_cast<Index>(std::count_if(setup.rings.begin(v), setup.rings.end(v),
-                                                              [&](Index j) { return setup.unknowns.slot[j] >= 0; })));
+        neighbours.push_back(static_cast<Index>(std::count_if(
+            setup.rings.begin(v), setup.rings.end(v), [&](Index j) { return setup.unknowns.number[j] >= 0; })));
     }
     meanvalue::require_short_rings(setup.unknowns.rows, neighbours);
 }

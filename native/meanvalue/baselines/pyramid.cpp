@@ -136,12 +136,12 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed, execution);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
     const OneRings rings = collect_one_rings(vertex_count, region.faces, execution);
-    const Hierarchy hierarchy =
-        build_hierarchy(rings, region.positions, region.is_fixed, {}, SplitBy::kEncoding, setup.threads, execution);
+    Hierarchy hierarchy = build_hierarchy(rings, region.positions, region.is_fixed, {}, setup.threads, execution);
     Positions positions(vertex_count, 3);
     for (Index v = 0; v < vertex_count; ++v)
         positions.row(v) = setup.start.row(region.vertices[v]);
-    const Splits& splits = hierarchy.base().splits;
+    Splits& splits = hierarchy.levels.back().splits;
+    splits.encode(region.positions, setup.threads, execution);
     for (Index k = 0; k < splits.size(); ++k) {
         execution.check_every(k);
         const Index vertex = splits.vertices[k];

@@ -43,9 +43,9 @@ FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     system_.emplace(encoding_, unknowns_, execution);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
-    for (const Index slot : slots_in_order(shape_->elimination_order, unknowns_)) {
+    for (const Index number : numbers_in_order(shape_->elimination_order, unknowns_)) {
         for (Index c = 0; c < 3; ++c)
-            columns.push_back(3 * slot + c);
+            columns.push_back(3 * number + c);
     }
     analysed_.analyse(system_->pattern().matrix(), execution, threads_, columns);
 }
@@ -87,7 +87,7 @@ void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& wo
                                      fixed_moves, execution);
     }
     for (Index v = 0; v < carried.rows(); ++v) {
-        if (unknowns_.slot[v] < 0) carried.row(v) = positions.row(v);
+        if (unknowns_.number[v] < 0) carried.row(v) = positions.row(v);
     }
     if (system_->energy(carried, threads_, execution, workspace.system) <
         system_->energy(positions, threads_, execution, workspace.system)) {

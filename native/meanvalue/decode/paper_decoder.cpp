@@ -62,8 +62,10 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, SplitBy::kEncoding,
-                                 threads_, execution, shape.earlier_removals.get(), &removals_);
+    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, threads_, execution,
+                                 shape.earlier_removals.get(), &removals_);
+    for (Level& level : hierarchy_.levels)
+        level.splits.encode(region_.positions, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
     base_unknowns_ = unknowns_of(hierarchy_.base());
@@ -92,7 +94,8 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "split");
-        hierarchy_.split(static_cast<int>(hierarchy_.levels.size()) - 1, 0, positions, threads, execution);
+        for (std::size_t level = hierarchy_.levels.size() - 1; level > 0; --level)
+            hierarchy_.levels[level].splits.apply(positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "optimise");
@@ -105,7 +108,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "split");
-        hierarchy_.split(0, -1, positions, threads, execution);
+        hierarchy_.levels.front().splits.apply(positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "relax");

@@ -238,7 +238,7 @@ Positions BoundMesh::start_of_region(const PositionsView& targets, const Positio
 }
 
 Positions BoundMesh::region_of(const PositionsView& start, int threads, const Execution& execution) const {
-    require_start(start, rest(), mesh_->diagonal, is_fixed_, execution);
+    require_start(start, rest(), mesh_->diagonal, is_fixed_);
     Positions region(static_cast<Eigen::Index>(region_vertices_.size()), 3);
     parallel_for(static_cast<Index>(region.rows()), threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k)

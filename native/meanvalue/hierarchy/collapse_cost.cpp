@@ -91,11 +91,10 @@ double CollapseCost::of(Index place, double limit) const {
     return turned_over || angle_rad < kNeedleAngle ? kPutOff * cost : cost;
 }
 
-double cost_unit(const OneRings& rings, const PositionsView& positions, const Execution& execution) {
+double cost_unit(const OneRings& rings, const PositionsView& positions) {
     double squares = 0.0;
     std::size_t edges = 0;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
-        execution.check_every(v);
         for (const Index* neighbour = rings.begin(v); neighbour != rings.end(v); ++neighbour)
             squares += (positions.row(*neighbour) - positions.row(v)).squaredNorm();
         edges += rings.valence(v);

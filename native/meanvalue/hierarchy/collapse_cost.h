@@ -4,7 +4,6 @@
 #include <limits>
 #include <vector>
 
-#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/ring_mesh.h"
@@ -74,7 +73,7 @@ Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
     return best;
 }
 
-/// The cube of the root mean square of all edges, or 1 where that is 0. @throws Cancelled.
-double cost_unit(const OneRings& rings, const PositionsView& positions, const Execution& execution);
+/// The cube of the root mean square of all edges, or 1 where that is 0.
+double cost_unit(const OneRings& rings, const PositionsView& positions);
 
 }  // namespace meanvalue

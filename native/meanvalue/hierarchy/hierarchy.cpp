@@ -40,7 +40,7 @@ class Coarsening {
           execution_(execution),
           classes_(options.exact_order ? kFineBits : kCoarseBits),
           work_(execution),
-          unit_(cost_unit(rings, positions, execution)),
+          unit_(cost_unit(rings, positions)),
           cost_(positions, unit_),
           states_(is_fixed.size()),
           recorder_(rings.vertex_count()) {
@@ -155,11 +155,6 @@ class Coarsening {
         candidates_.pop();
         const auto vertex = static_cast<Index>(first & 0xffffffff);
         const Candidate next = candidates_.empty() ? logged : std::min(logged, candidates_.top());
-        if (!candidates_.empty()) {
-            const auto next_vertex = static_cast<Index>(candidates_.top() & 0xffffffff);
-            __builtin_prefetch(&states_[next_vertex]);
-            mesh_.prefetch(next_vertex);
-        }
         State& state = states_[vertex];
         if (!state.waits || first >> 32 != state.cost_class) return;  // it has a newer place in the queue
         state.waits = false;
@@ -222,13 +217,6 @@ class Coarsening {
             --remaining_;
         }
         neighbours_.assign(ring.begin(), ring.end());
-        // What follows waits for memory more than it computes: all that it will read is asked for at once.
-        for (const Index neighbour : neighbours_) {
-            __builtin_prefetch(&states_[neighbour]);
-            if (!rules_.is_short(neighbour)) continue;
-            for (const Index second : mesh_.ring(neighbour))
-                __builtin_prefetch(positions_.row(second).data());
-        }
         if (rules_.is_soft(vertex)) soft_merges_.push_back({vertex, to});
         mesh_.collapse(vertex, to);
         states_[vertex].is_removed = true;
@@ -281,7 +269,7 @@ class Coarsening {
 }  // namespace
 
 Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-                          const CoarseningOptions& options, SplitBy split_by, int threads, Execution& execution,
+                          const CoarseningOptions& options, int threads, Execution& execution,
                           const RemovalLog* earlier, std::shared_ptr<const RemovalLog>* log) {
     execution.begin_stage("build hierarchy");
     Hierarchy result;
@@ -297,22 +285,9 @@ Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions,
     if (options.down_to_base || options.level_sizes.empty()) add_level(0);
     result.soft_merges = coarsening.soft_merges();
     if (log != nullptr) *log = std::make_shared<const RemovalLog>(coarsening.take_log());
-    for (std::size_t k = 0; k < level_rings.size(); ++k) {
+    for (std::size_t k = 0; k < level_rings.size(); ++k)
         result.levels[k].encoding = encode(level_rings[k], positions, threads, execution);
-        if (split_by == SplitBy::kEncoding) result.levels[k].splits.encode(positions, threads, execution);
-    }
     return result;
-}
-
-void Hierarchy::split(int coarse, int fine, Positions& positions, int threads, const Execution& execution) const {
-    for (int level = coarse; level > fine; --level)
-        levels[level].splits.apply(positions, threads, execution);
-}
-
-void Hierarchy::carry(int coarse, int fine, const PositionsView& rest, Positions& positions, int threads,
-                      const Execution& execution) const {
-    for (int level = coarse; level > fine; --level)
-        levels[level].splits.carry(rest, positions, threads, execution);
 }
 
 Index Hierarchy::longest_ring() const {

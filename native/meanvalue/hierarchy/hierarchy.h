@@ -64,9 +64,6 @@ struct Level {
     Splits splits;                  ///< from here to the next finer level, or from the finest to the whole mesh
 };
 
-/// What Hierarchy puts removed vertices back by.
-enum class SplitBy { kEncoding, kCarrying };
-
 /// An order of removal with all that is needed to undo it for other positions. Vertex numbers stay those of the mesh.
 struct Hierarchy {
     std::vector<Index> order;            ///< removed vertices, first removed first
@@ -75,12 +72,6 @@ struct Hierarchy {
 
     /// The coarsest level.
     const Level& base() const { return levels.back(); }
-    /// Places what was removed between two levels, which leads from `coarse` to `fine`, by equation 13. Numbers of
-    /// levels are those of `levels`; -1 is the whole mesh.
-    void split(int coarse, int fine, Positions& positions, int threads, const Execution& execution) const;
-    /// The same by Splits::carry(). @param rest n x 3.
-    void carry(int coarse, int fine, const PositionsView& rest, Positions& positions, int threads,
-               const Execution& execution) const;
     Index longest_ring() const;  ///< of all rings in `levels`
 };
 
@@ -90,7 +81,6 @@ struct Hierarchy {
 /// @param rings of the whole mesh.
 /// @param positions n x 3.
 /// @param is_fixed n flags: their positions are always given.
-/// @param split_by kCarrying: splits are not encoded, and Hierarchy::split() must not be called.
 /// @param threads the result is the same for any number.
 /// @param earlier of the same rings and positions, exact_order and thin_out_fixed, or nullptr. The result is the
 /// same.
@@ -98,7 +88,7 @@ struct Hierarchy {
 /// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial. With an
 /// earlier one a fifth where few vertices have been fixed since or are not fixed any more.
 Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-                          const CoarseningOptions& options, SplitBy split_by, int threads, Execution& execution,
+                          const CoarseningOptions& options, int threads, Execution& execution,
                           const RemovalLog* earlier = nullptr, std::shared_ptr<const RemovalLog>* log = nullptr);
 
 }  // namespace meanvalue

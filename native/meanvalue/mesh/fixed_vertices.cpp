@@ -65,13 +65,12 @@ void require_targets(const PositionsView& targets, const std::vector<Index>& anc
 }
 
 void require_start(const PositionsView& start, const PositionsView& rest, double diagonal,
-                   const std::vector<char>& is_fixed, const Execution& execution) {
+                   const std::vector<char>& is_fixed) {
     if (start.rows() != rest.rows()) {
         throw InvalidInput(message("start has ", start.rows(), " rows, but the mesh has ", rest.rows(), " vertices"));
     }
     require_finite(start, "start");
     for (Index v = 0; v < rest.rows(); ++v) {
-        execution.check_every(v);
         if (is_fixed[v]) continue;
         const std::string why = refusal(start.row(v), rest.row(v), diagonal, kFarthestStart);
         if (!why.empty()) throw InvalidInput(message("start[", v, "]", why));

@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -25,8 +24,8 @@ void require_targets(const PositionsView& targets, const std::vector<Index>& anc
                      double diagonal);
 
 /// The same of a shape to start from, n x 3, for the vertices that are not fixed, ten times as far: what follows
-/// targets at the limit may overshoot. @throws InvalidInput, Cancelled.
+/// targets at the limit may overshoot. @throws InvalidInput.
 void require_start(const PositionsView& start, const PositionsView& rest, double diagonal,
-                   const std::vector<char>& is_fixed, const Execution& execution);
+                   const std::vector<char>& is_fixed);
 
 }  // namespace meanvalue

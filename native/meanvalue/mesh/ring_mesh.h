@@ -38,7 +38,6 @@ class RingMesh {
     bool is_manifold(Index vertex) const {
         return heads_[vertex].kind == RingKind::kClosed || heads_[vertex].kind == RingKind::kOpen;
     }
-    void prefetch(Index vertex) const { __builtin_prefetch(&heads_[vertex]); }
     RingKind kind(Index vertex) const { return heads_[vertex].kind; }
 
     /// Whether the half-edge collapse that merges `from` into its neighbour `to` keeps the surface a manifold of the

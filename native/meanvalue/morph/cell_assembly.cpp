@@ -1,6 +1,7 @@
 #include "meanvalue/morph/cell_assembly.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -82,16 +83,12 @@ void CellAssembly::index_uses(const Execution& execution) {
     use_start_.assign(layout_.vertex_count() + 1, 0);
     for (const Index vertex : layout_.ring)
         ++use_start_[vertex + 1];
-    for (Index v = 0; v < layout_.vertex_count(); ++v) {
-        execution.check_every(v);
-        use_start_[v + 1] += use_start_[v];
-    }
+    std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
+    execution.check();
     uses_.resize(layout_.ring.size());
     std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
-    for (std::size_t place = 0; place < layout_.ring.size(); ++place) {
-        execution.check_every(place);
+    for (std::size_t place = 0; place < layout_.ring.size(); ++place)
         uses_[next[layout_.ring[place]]++] = static_cast<Index>(place);
-    }
 }
 
 /// Minus the derivative of one row by its own vertex. @param shares receives that by each ring vertex.

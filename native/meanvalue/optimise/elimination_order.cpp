@@ -60,13 +60,13 @@ std::vector<Index> find_elimination_order(const Encoding& encoding, int threads,
     return nested_dissection(graph_of_rows(encoding, execution), threads, execution);
 }
 
-std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknowns& unknowns) {
-    std::vector<Index> slots;
-    slots.reserve(unknowns.free.size());
+std::vector<Index> numbers_in_order(const std::vector<Index>& order, const Unknowns& unknowns) {
+    std::vector<Index> numbers;
+    numbers.reserve(unknowns.free.size());
     for (const Index v : order) {
-        if (unknowns.slot[v] >= 0) slots.push_back(unknowns.slot[v]);
+        if (unknowns.number[v] >= 0) numbers.push_back(unknowns.number[v]);
     }
-    return slots;
+    return numbers;
 }
 
 }  // namespace meanvalue

@@ -16,7 +16,7 @@ namespace meanvalue {
 /// @param threads as given by thread_count(); the result is the same for any. @throws Cancelled.
 std::vector<Index> find_elimination_order(const Encoding& encoding, int threads, const Execution& execution);
 
-/// The free vertices' slots in that order. @param order all vertices.
-std::vector<Index> slots_in_order(const std::vector<Index>& order, const Unknowns& unknowns);
+/// The free vertices' numbers in that order. @param order all vertices.
+std::vector<Index> numbers_in_order(const std::vector<Index>& order, const Unknowns& unknowns);
 
 }  // namespace meanvalue

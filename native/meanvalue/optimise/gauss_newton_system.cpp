@@ -12,9 +12,9 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
     for (const Index i : unknowns_.rows) {
         execution.check_every(term_offsets_.size());
         // The vertex's own term first, then its ring in order: linearise() relies on it.
-        if (unknowns_.slot[i] >= 0) term_columns_.push_back(unknowns_.slot[i]);
+        if (unknowns_.number[i] >= 0) term_columns_.push_back(unknowns_.number[i]);
         for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
-            const Index column = unknowns_.slot[encoding_.ring[k]];
+            const Index column = unknowns_.number[encoding_.ring[k]];
             if (column >= 0) term_columns_.push_back(column);
         }
         term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
@@ -32,7 +32,6 @@ void GaussNewtonSystem::find_pattern(const Execution& execution) {
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
         execution.check_every(row);
         for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            execution.check_every(a);
             for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
                 if (term_columns_[a] < term_columns_[b]) continue;
                 pair_positions_.push_back(pattern_.find(term_columns_[a], term_columns_[b]));
@@ -49,9 +48,9 @@ void GaussNewtonSystem::fill_smoothness_metric(const Execution& execution) {
         execution.check_every(row);
         const Index i = unknowns_.rows[row];
         coefficients.clear();
-        if (unknowns_.slot[i] >= 0) coefficients.push_back(1.0);
+        if (unknowns_.number[i] >= 0) coefficients.push_back(1.0);
         for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
-            if (unknowns_.slot[encoding_.ring[k]] >= 0) coefficients.push_back(-encoding_.weights[k]);
+            if (unknowns_.number[encoding_.ring[k]] >= 0) coefficients.push_back(-encoding_.weights[k]);
         }
         std::int64_t pair = pair_offsets_[row];
         const std::int64_t first = term_offsets_[row];
@@ -95,7 +94,7 @@ void GaussNewtonSystem::linearise(const PositionsView& positions, const Position
             Vector3 residual = Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
             std::int64_t term = term_offsets_[row];
             const auto add_term = [&](Index vertex, const Matrix3& block) {
-                if (unknowns_.slot[vertex] >= 0) {
+                if (unknowns_.number[vertex] >= 0) {
                     workspace.term_blocks[term++] = block;
                 } else if (fixed_moves != nullptr) {
                     residual += block * fixed_moves->row(vertex).transpose();

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <numeric>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
@@ -28,29 +29,28 @@ GaussSeidel::GaussSeidel(const Encoding& encoding, const Unknowns& unknowns, con
         for (const Index row : unknowns_.rows) {
             work.add(1 + encoding_.ring_offsets[row + 1] - encoding_.ring_offsets[row]);
             for (Index k = encoding_.ring_offsets[row]; k < encoding_.ring_offsets[row + 1]; ++k) {
-                const Index slot = unknowns_.slot[encoding_.ring[k]];
-                if (slot >= 0) visit(slot, Use{row, k - encoding_.ring_offsets[row]});
+                const Index number = unknowns_.number[encoding_.ring[k]];
+                if (number >= 0) visit(number, Use{row, k - encoding_.ring_offsets[row]});
             }
         }
     };
-    for_each_use([&](Index slot, const Use&) { ++use_offsets_[slot + 1]; });
-    for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot)
-        use_offsets_[slot + 1] += use_offsets_[slot];
+    for_each_use([&](Index number, const Use&) { ++use_offsets_[number + 1]; });
+    std::partial_sum(use_offsets_.begin(), use_offsets_.end(), use_offsets_.begin());
     uses_.resize(use_offsets_.back());
     std::vector<std::int64_t> next(use_offsets_.begin(), use_offsets_.end() - 1);
-    for_each_use([&](Index slot, const Use& use) { uses_[next[slot]++] = use; });
+    for_each_use([&](Index number, const Use& use) { uses_[next[number]++] = use; });
     find_colours(execution);
 }
 
 void GaussSeidel::find_colours(const Execution& execution) {
-    // Greedy in the order of the slots: the lowest colour that no vertex with a common row has.
+    // Greedy in the order of the numbers: the lowest colour that no vertex with a common row has.
     std::vector<Index> colour(unknowns_.free.size(), -1);
-    std::vector<Index> taken_by;  // per colour: the slot that saw it taken
+    std::vector<Index> taken_by;  // per colour: the number that saw it taken
     WorkMeter work(execution);
-    for (std::size_t slot = 0; slot < colour.size(); ++slot) {
+    for (std::size_t number = 0; number < colour.size(); ++number) {
         const auto mark = [&](Index vertex) {
-            const Index other = unknowns_.slot[vertex];
-            if (other >= 0 && colour[other] >= 0) taken_by[colour[other]] = static_cast<Index>(slot);
+            const Index other = unknowns_.number[vertex];
+            if (other >= 0 && colour[other] >= 0) taken_by[colour[other]] = static_cast<Index>(number);
         };
         const auto mark_row = [&](Index row) {
             work.add(1 + encoding_.ring_offsets[row + 1] - encoding_.ring_offsets[row]);
@@ -59,19 +59,19 @@ void GaussSeidel::find_colours(const Execution& execution) {
                 mark(encoding_.ring[k]);
             }
         };
-        mark_row(unknowns_.free[slot]);
-        for (std::int64_t k = use_offsets_[slot]; k < use_offsets_[slot + 1]; ++k)
+        mark_row(unknowns_.free[number]);
+        for (std::int64_t k = use_offsets_[number]; k < use_offsets_[number + 1]; ++k)
             mark_row(uses_[k].row);
         work.add(colours_.size());
         std::size_t chosen = 0;
-        while (chosen < colours_.size() && taken_by[chosen] == static_cast<Index>(slot))
+        while (chosen < colours_.size() && taken_by[chosen] == static_cast<Index>(number))
             ++chosen;
         if (chosen == colours_.size()) {
             colours_.emplace_back();
             taken_by.push_back(-1);
         }
-        colour[slot] = static_cast<Index>(chosen);
-        colours_[chosen].push_back(static_cast<Index>(slot));
+        colour[number] = static_cast<Index>(chosen);
+        colours_[chosen].push_back(static_cast<Index>(number));
     }
 }
 
@@ -84,15 +84,15 @@ void GaussSeidel::sweep(Positions& positions, int threads, const Execution& exec
     }
 }
 
-void GaussSeidel::relax(Index slot, Positions& positions) const {
-    const Index vertex = unknowns_.free[slot];
+void GaussSeidel::relax(Index number, Positions& positions) const {
+    const Index vertex = unknowns_.free[number];
     Vector3 gradient = Vector3::Zero();
     Matrix3 diagonal = Matrix3::Zero();
     if (encoding_.predictable(vertex)) {
         gradient = Vector3(positions.row(vertex)) - predict(encoding_.ring_of(vertex), positions);
         diagonal.setIdentity();
     }
-    for (std::int64_t k = use_offsets_[slot]; k < use_offsets_[slot + 1]; ++k) {
+    for (std::int64_t k = use_offsets_[number]; k < use_offsets_[number + 1]; ++k) {
         const Use& use = uses_[k];
         Matrix3 block;
         const Vector3 predicted = predict_with_jacobian_of(encoding_.ring_of(use.row), positions, use.place, block);

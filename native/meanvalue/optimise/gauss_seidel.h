@@ -32,14 +32,14 @@ class GaussSeidel {
         Index row;    // a vertex whose ring contains the free vertex
         Index place;  // where in that ring
     };
-    void relax(Index slot, Positions& positions) const;
+    void relax(Index number, Positions& positions) const;
     void find_colours(const Execution& execution);
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
     std::vector<std::int64_t> use_offsets_;  // |V'| + 1
     std::vector<Use> uses_;
-    std::vector<std::vector<Index>> colours_;  // slots
+    std::vector<std::vector<Index>> colours_;  // numbers
 };
 
 }  // namespace meanvalue

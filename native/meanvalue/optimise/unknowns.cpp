@@ -8,10 +8,10 @@ Unknowns find_unknowns(const std::vector<Index>& ring_offsets, const std::vector
                        const std::vector<char>& is_fixed) {
     const Index vertex_count = static_cast<Index>(is_fixed.size());
     Unknowns unknowns;
-    unknowns.slot.assign(vertex_count, -1);
+    unknowns.number.assign(vertex_count, -1);
     for (Index v = 0; v < vertex_count; ++v) {
         if (is_fixed[v]) continue;
-        unknowns.slot[v] = static_cast<Index>(unknowns.free.size());
+        unknowns.number[v] = static_cast<Index>(unknowns.free.size());
         unknowns.free.push_back(v);
     }
     for (Index v = 0; v < vertex_count; ++v) {
@@ -19,7 +19,7 @@ Unknowns find_unknowns(const std::vector<Index>& ring_offsets, const std::vector
         const Index* end = ring.data() + ring_offsets[v + 1];
         if (begin == end) continue;  // its residual is zero whatever happens
         const bool depends =
-            unknowns.slot[v] >= 0 || std::any_of(begin, end, [&](Index j) { return unknowns.slot[j] >= 0; });
+            unknowns.number[v] >= 0 || std::any_of(begin, end, [&](Index j) { return unknowns.number[j] >= 0; });
         if (depends) unknowns.rows.push_back(v);
     }
     return unknowns;

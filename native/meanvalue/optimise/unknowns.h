@@ -11,9 +11,9 @@ namespace meanvalue {
 /// The free vertices V' of equation 15 and the part of the mesh that they touch. Everything else keeps its
 /// place and takes no part in a solve, so that the cost depends on the free vertices alone.
 struct Unknowns {
-    std::vector<Index> free;  ///< vertex numbers, ascending
-    std::vector<Index> slot;  ///< n: position in `free`, -1 for a fixed vertex
-    std::vector<Index> rows;  ///< vertices i whose residual v_i - F_i(V) depends on a free vertex, ascending
+    std::vector<Index> free;    ///< vertex numbers, ascending
+    std::vector<Index> number;  ///< n: of a free vertex in `free`; -1 for a fixed one
+    std::vector<Index> rows;    ///< vertices i whose residual v_i - F_i(V) depends on a free vertex, ascending
 };
 
 /// A row depends on its vertex and on that vertex's ring; a vertex with an empty ring has no row.

@@ -1,7 +1,7 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 
 #include <algorithm>
-#include <cmath>
+#include <numeric>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/energy_blocks.h"
@@ -23,7 +23,7 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(instructions)),
       rows_(build_energy_blocks(encoding, unknowns, cells, size, by_length,
-                                soft_constraints_.hardness(unknowns.slot.size()), stiff, execution)) {
+                                soft_constraints_.hardness(unknowns.number.size()), stiff, execution)) {
     index_uses(execution);
 }
 
@@ -31,18 +31,16 @@ void DeformationEnergy::index_uses(const Execution& execution) {
     use_start_.assign(unknowns_.free.size() + 1, 0);
     execution.check();
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        const Index slot = unknowns_.slot[rows_.points[point]];
-        if (slot >= 0) ++use_start_[slot + 1];
+        const Index number = unknowns_.number[rows_.points[point]];
+        if (number >= 0) ++use_start_[number + 1];
     }
-    for (std::size_t slot = 0; slot < unknowns_.free.size(); ++slot) {
-        use_start_[slot + 1] += use_start_[slot];
-    }
+    std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
     uses_.resize(use_start_.back());
     std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
     execution.check();
     for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        const Index slot = unknowns_.slot[rows_.points[point]];
-        if (slot >= 0) uses_[next[slot]++] = static_cast<Index>(point);
+        const Index number = unknowns_.number[rows_.points[point]];
+        if (number >= 0) uses_[next[number]++] = static_cast<Index>(point);
     }
 }
 
@@ -66,13 +64,13 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
                            workspace.shares.data() + rows.blocks[block].first_point, workspace.scratch[worker]);
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
-        for (Index slot = begin; slot < end; ++slot) {
+        for (Index number = begin; number < end; ++number) {
             double sum[3] = {0.0, 0.0, 0.0};
-            for (Index k = use_start_[slot]; k < use_start_[slot + 1]; ++k) {
+            for (Index k = use_start_[number]; k < use_start_[number + 1]; ++k) {
                 for (int c = 0; c < 3; ++c)
                     sum[c] += workspace.shares[uses_[k]].value[c];
             }
-            gradient.row(slot) << sum[0], sum[1], sum[2];
+            gradient.row(number) << sum[0], sum[1], sum[2];
         }
     });
     double sum = 0.0;

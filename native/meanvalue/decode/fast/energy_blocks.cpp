@@ -55,7 +55,7 @@ class BlockBuilder {
           size_(size),
           by_length_(by_length),
           result_(result),
-          point_of_(unknowns.slot.size(), -1) {
+          point_of_(unknowns.number.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
     }
 
@@ -200,7 +200,7 @@ class BlockBuilder {
 double isolation(const Encoding& encoding, const Unknowns& unknowns, const std::vector<double>& hardness,
                  Index vertex) {
     const auto hardness_of = [&](Index v) {
-        if (unknowns.slot[v] < 0) return 1.0;
+        if (unknowns.number[v] < 0) return 1.0;
         return hardness.empty() ? 0.0 : hardness[v];
     };
     double excess = hardness_of(vertex);
@@ -212,14 +212,13 @@ double isolation(const Encoding& encoding, const Unknowns& unknowns, const std::
 
 /// From 1 / h_i^2 to a_i, once all are known.
 void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double size, double by_length,
-                   const std::vector<double>& hardness, const Execution& execution, EnergyBlocks& rows) {
+                   const std::vector<double>& hardness, EnergyBlocks& rows) {
     if (rows.bending.empty()) return;
     double inverse_squares = 0.0;
     for (const double value : rows.bending)
         inverse_squares += value;
     const double square = static_cast<double>(rows.bending.size()) / inverse_squares;
     for (std::size_t row = 0; row < rows.bending.size(); ++row) {
-        execution.check_every(row);
         const double isolated = isolation(encoding, unknowns, hardness, unknowns.rows[row]);
         const double full = rows.bending[row] * square * (1.0 + (kIsolatedAnchorWeight - 1.0) * isolated);
         rows.bending[row] = share_of(full, by_length);
@@ -238,7 +237,7 @@ EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unkno
                                  const StiffRings* stiff, const Execution& execution) {
     EnergyBlocks result;
     BlockBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
-    scale_weights(encoding, unknowns, size, by_length, hardness, execution, result);
+    scale_weights(encoding, unknowns, size, by_length, hardness, result);
     const StiffRings own =
         stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
     result.hessian_springs = hessian_springs(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);

@@ -42,8 +42,7 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         is_soft[anchor.vertex] = is_anchor[anchor.vertex] = 1;
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
-    problem_.handles =
-        std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size, execution);
+    problem_.handles = std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
     std::vector<double> rigidities;
     for (const double stiffness : kStiffness) {
         if (stiffness > rigidity) rigidities.push_back(stiffness);
@@ -64,8 +63,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
             Unknowns remaining = find_unknowns(level->encoding, is_fixed);
             std::vector<SoftAnchor> coarse_soft;
             if (!problem_.soft.empty()) {
-                const double scale = energy_unit(level->encoding, remaining, coarse_cells, execution) /
-                                     energy_unit(encoding_, unknowns, cells, execution);
+                const double scale =
+                    energy_unit(level->encoding, remaining, coarse_cells) / energy_unit(encoding_, unknowns, cells);
                 coarse_soft =
                     coarse_soft_anchors(problem_.soft, problem_.hierarchy, *level, region_.is_fixed.size(), scale);
             }
@@ -98,9 +97,8 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
     options.thin_out_fixed = true;
     options.handles = handles;
     options.is_soft = std::move(is_soft);
-    problem_.hierarchy =
-        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, SplitBy::kCarrying, threads_,
-                        execution, shape.earlier_removals.get(), &removals_);
+    problem_.hierarchy = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
+                                         execution, shape.earlier_removals.get(), &removals_);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
@@ -136,7 +134,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
             stage.factor = SupernodalFactor(instructions_);
             stage.factor.analyse(
                 hessian, execution, threads_,
-                is_whole ? slots_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
+                is_whole ? numbers_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
         } else {
             stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }

@@ -38,7 +38,7 @@ void FastSolve::start_cold(Positions& positions) {
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
-        problem_.hierarchy.carry(coarse, coarse - 1, problem_.region.positions, positions, threads_, execution_);
+        problem_.hierarchy.levels[coarse].splits.carry(problem_.region.positions, positions, threads_, execution_);
         if (has_examples()) blend_examples(level(coarse));
         if (coarse > 0) relax(level(coarse), positions);
     }

@@ -57,13 +57,12 @@ ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
 }
 
 HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
-                         const std::vector<Index>& handles, double size, const Execution& execution)
+                         const std::vector<Index>& handles, double size)
     : size_(size) {
     const auto count = static_cast<Index>(is_fixed.size());
     DisjointSets pieces(count);
     std::map<Index, Index> first_of_handle;
     for (Index v = 0; v < count; ++v) {
-        execution.check_every(v);
         if (!is_fixed[v]) continue;
         if (!handles.empty() && handles[v] >= 0)
             pieces.join(first_of_handle.try_emplace(handles[v], v).first->second, v);
@@ -75,7 +74,6 @@ HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, co
     for (Index v = 0; v < count; ++v) {
         if (is_fixed[v]) vertices_.push_back(v);
     }
-    execution.check();
     std::stable_sort(vertices_.begin(), vertices_.end(),
                      [&](Index a, Index b) { return pieces.root(a) < pieces.root(b); });
     rest_ = rest(vertices_, Eigen::all);

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 
@@ -29,7 +28,7 @@ class HandlePaths {
     /// @param rest n x 3; @param is_fixed n flags. @param handles n, the handle of each fixed vertex, -1 for none;
     ///        or empty: fixed vertices joined by edges make a piece. @param size of the shape.
     HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
-                const std::vector<Index>& handles, double size, const Execution& execution);
+                const std::vector<Index>& handles, double size);
 
     /// The path of the fixed vertices from rest to another place: rigid pieces along their screws, others straight.
     class Path {

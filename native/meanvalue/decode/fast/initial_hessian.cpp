@@ -30,12 +30,12 @@ class HessianColumns {
         for (const Index row : unknowns_.rows)
             row_start_.push_back(row_start_.back() + encoding_.ring_of(row).valence);
         row_of_.reserve(row_start_.back());
-        slots_.reserve(row_start_.back());
+        numbers_.reserve(row_start_.back());
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             row_of_.insert(row_of_.end(), ring.valence, static_cast<Index>(row));
             for (Index k = 0; k < ring.valence; ++k)
-                slots_.push_back(unknowns_.slot[ring.ring[k]]);
+                numbers_.push_back(unknowns_.number[ring.ring[k]]);
         }
         execution_.check();
         edges_.assign(row_start_.back(), {0.0, 0.0});
@@ -49,9 +49,9 @@ class HessianColumns {
     /// The fixed vertices that rows depend on, ascending.
     std::vector<Index> fixed_vertices() const {
         std::vector<Index> result;
-        for (Index v = 0; v < static_cast<Index>(unknowns_.slot.size()); ++v) {
+        for (Index v = 0; v < static_cast<Index>(unknowns_.number.size()); ++v) {
             const bool is_used = own_row_[v] >= 0 || use_start_[v + 1] > use_start_[v];
-            if (is_used && unknowns_.slot[v] < 0) result.push_back(v);
+            if (is_used && unknowns_.number[v] < 0) result.push_back(v);
         }
         return result;
     }
@@ -59,7 +59,7 @@ class HessianColumns {
     /// What one thread writes.
     struct Scratch {
         explicit Scratch(std::size_t size) : sums(size + 1), seen_by(size + 1, -1), found(size + 1) {}
-        std::vector<double> sums;    // |V'| + 1, from slot -1 on: what is fixed goes there
+        std::vector<double> sums;    // |V'| + 1, from number -1 on: what is fixed goes there
         std::vector<Index> seen_by;  // the same: the vertex whose column a sum is of
         std::vector<Index> found;    // room for all of a column, and one
     };
@@ -77,16 +77,16 @@ class HessianColumns {
         Index* const found = scratch.found.data();
         for (Index column = begin; column < end; ++column) {
             const Index vertex = vertices[column];
-            const Index own = unknowns_.slot[vertex];
+            const Index own = unknowns_.number[vertex];
             const Index first = std::max<Index>(own, 0);
             std::ptrdiff_t count = 0;
             // Without a branch, none of which could be foreseen. What is fixed, or above the diagonal, is not found.
-            const auto add = [&](Index slot, double value) {
-                const bool is_new = seen_by[slot] != vertex;
-                seen_by[slot] = vertex;
-                sums[slot] = (is_new ? 0.0 : sums[slot]) + value;
-                found[count] = slot;
-                count += static_cast<int>(is_new) & static_cast<int>(slot >= first);
+            const auto add = [&](Index number, double value) {
+                const bool is_new = seen_by[number] != vertex;
+                seen_by[number] = vertex;
+                sums[number] = (is_new ? 0.0 : sums[number]) + value;
+                found[count] = number;
+                count += static_cast<int>(is_new) & static_cast<int>(number >= first);
             };
             add(own, 0.0);
             add_uses(vertex, add);
@@ -103,8 +103,8 @@ class HessianColumns {
   private:
     /// Where each vertex is in rings.
     void index_uses() {
-        use_start_.assign(unknowns_.slot.size() + 1, 0);
-        own_row_.assign(unknowns_.slot.size(), -1);
+        use_start_.assign(unknowns_.number.size() + 1, 0);
+        own_row_.assign(unknowns_.number.size(), -1);
         const auto for_each_place = [&](const auto& visit) {
             for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
                 const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
@@ -122,29 +122,29 @@ class HessianColumns {
             own_row_[unknowns_.rows[row]] = static_cast<Index>(row);
     }
 
-    /// Calls add(slot or -1, value) for all that the rows with this vertex give to its column.
+    /// Calls add(number or -1, value) for all that the rows with this vertex give to its column.
     template <typename Add>
     void add_uses(Index vertex, const Add& add) const {
-        const auto slots_of = [&](Index row) { return slots_.data() + row_start_[row]; };
+        const auto numbers_of = [&](Index row) { return numbers_.data() + row_start_[row]; };
         // One row of (I - W), in which this column has the coefficient `own`.
         const auto add_bending = [&](Index row, const EncodedRing& ring, double own) {
             const double scaled = energy_.bending[row] * own;
-            const Index* const slots = slots_of(row);
-            add(unknowns_.slot[unknowns_.rows[row]], scaled);
+            const Index* const numbers = numbers_of(row);
+            add(unknowns_.number[unknowns_.rows[row]], scaled);
             for (Index k = 0; k < ring.valence; ++k)
-                add(slots[k], -scaled * ring.weights[k]);
+                add(numbers[k], -scaled * ring.weights[k]);
         };
-        const auto add_edge = [&](Index other_slot, double edge_weight) {
+        const auto add_edge = [&](Index other_number, double edge_weight) {
             if (edge_weight == 0.0) return;
-            add(unknowns_.slot[vertex], edge_weight);
-            add(other_slot, -edge_weight);
+            add(unknowns_.number[vertex], edge_weight);
+            add(other_number, -edge_weight);
         };
         if (own_row_[vertex] >= 0) {
             const Index row = own_row_[vertex];
             const EncodedRing ring = encoding_.ring_of(vertex);
             add_bending(row, ring, 1.0);
             for (Index k = 0; k < ring.valence; ++k)
-                add_edge(slots_of(row)[k], edges_[row_start_[row] + k].spoke);
+                add_edge(numbers_of(row)[k], edges_[row_start_[row] + k].spoke);
         }
         for (std::int64_t use = use_start_[vertex]; use < use_start_[vertex + 1]; ++use) {
             const Index row = row_of_[uses_[use]];
@@ -152,12 +152,12 @@ class HessianColumns {
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, -ring.weights[place]);
             const EdgeWeights* const edges = edges_.data() + row_start_[row];
-            const Index* const slots = slots_of(row);
+            const Index* const numbers = numbers_of(row);
             const Index next = place + 1 == ring.valence ? 0 : place + 1;
             const Index previous = place == 0 ? ring.valence - 1 : place - 1;
-            add_edge(unknowns_.slot[unknowns_.rows[row]], edges[place].spoke);
-            add_edge(slots[next], edges[place].rim);
-            add_edge(slots[previous], edges[previous].rim);
+            add_edge(unknowns_.number[unknowns_.rows[row]], edges[place].spoke);
+            add_edge(numbers[next], edges[place].rim);
+            add_edge(numbers[previous], edges[previous].rim);
         }
     }
 
@@ -182,7 +182,7 @@ class HessianColumns {
     const Execution& execution_;
     std::vector<std::int64_t> row_start_;  // |rows| + 1: the first place of each row's ring
     std::vector<Index> row_of_;            // of each place
-    std::vector<Index> slots_;             // of the vertex at each place, or -1
+    std::vector<Index> numbers_;           // of the vertex at each place, or -1
     std::vector<EdgeWeights> edges_;       // of each place
     std::vector<std::int64_t> use_start_;  // n + 1
     std::vector<std::int64_t> uses_;       // the places that each vertex is at

@@ -18,7 +18,7 @@ SoftConstraints::SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns
     : anchors_(std::move(anchors)) {
     std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
     for (const SoftAnchor& anchor : anchors_)
-        slots_.push_back(unknowns.slot[anchor.vertex]);
+        numbers_.push_back(unknowns.number[anchor.vertex]);
 }
 
 Positions SoftConstraints::targets_of(const PositionsView& targets) const {
@@ -59,7 +59,7 @@ double SoftConstraints::add_energy(const PositionsView& positions, const Positio
             const double strength = (weights.empty() ? 1.0 : weights[k]) * anchors_[k].strength;
             const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets.row(k);
             sum += strength * stretch.squaredNorm();
-            gradient.row(slots_[k]) += 2.0 * strength * stretch;
+            gradient.row(numbers_[k]) += 2.0 * strength * stretch;
         }
         energies[piece] = sum;
     });
@@ -68,7 +68,7 @@ double SoftConstraints::add_energy(const PositionsView& positions, const Positio
 
 void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
-        hessian.valuePtr()[hessian.outerIndexPtr()[slots_[k]]] += 2.0 * anchors_[k].strength;
+        hessian.valuePtr()[hessian.outerIndexPtr()[numbers_[k]]] += 2.0 * anchors_[k].strength;
 }
 
 std::vector<double> SoftConstraints::lost_hessian(const std::vector<double>& weights) const {
@@ -111,11 +111,9 @@ std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& ancho
     return result;
 }
 
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                   const Execution& execution) {
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells) {
     double inverse_squares = 0.0;
     for (const Index i : unknowns.rows) {
-        execution.check_every(i);
         const double length = cells.mean_edge(encoding, i);
         if (length > 0.0) inverse_squares += 1.0 / (length * length);
     }

@@ -51,7 +51,7 @@ class SoftConstraints {
     double add_energy(const PositionsView& positions, const Positions& targets, const std::vector<double>& weights,
                       Positions& gradient, int threads, const Execution& execution) const;
     /// |V'| rows of add_hessian(), one for each in order, and what of 2 s does not count with `weights`.
-    const std::vector<Index>& rows() const { return slots_; }
+    const std::vector<Index>& rows() const { return numbers_; }
     std::vector<double> lost_hessian(const std::vector<double>& weights) const;
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
@@ -61,7 +61,7 @@ class SoftConstraints {
 
   private:
     std::vector<SoftAnchor> anchors_;
-    std::vector<Index> slots_;
+    std::vector<Index> numbers_;
 };
 
 /// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
@@ -70,9 +70,7 @@ std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& ancho
                                             const Level& level, std::size_t vertex_count, double scale);
 
 /// 1 / mean(1 / h_i^2), squared units, h_i the mean edge of row i at rest: what the energy of a given pose is
-/// proportional to, so that springs of two levels are in balance where their strengths are too. @throws
-/// Cancelled.
-double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                   const Execution& execution);
+/// proportional to, so that springs of two levels are in balance where their strengths are too.
+double energy_unit(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells);
 
 }  // namespace meanvalue
