@@ -9,8 +9,8 @@ import tempfile
 
 import bpy
 import numpy as np
-from harness import view
-from support import body_mesh, installed, meshes, take_files, walking_figure
+from harness import tabs, view
+from support import body_mesh, meshes, take_files, walking_figure
 
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
@@ -38,28 +38,10 @@ def _take_file():
     return take_files.write_trc(pathlib.Path(tempfile.mkdtemp()) / "bend.trc", LABELS, positions)
 
 
-def _open_panel(ui):
-    """With Motion Capture open, and the parts that are around it closed."""
-    modules = [installed.part(name) for name in ("posing.ui.panel", "capture.panel")]
-    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
-        bpy.utils.unregister_class(panel)
-        panel.bl_options = set() if "capture" in panel.__name__ else {'DEFAULT_CLOSED'}
-        bpy.utils.register_class(panel)
-    yield from ui.open_tab("Mean-Value")
-
-
-def _scroll(ui):
-    """The sidebar down to its end."""
-    sidebar = view.region('UI')
-    yield from ui.move_mouse(sidebar.x + 4, sidebar.y + 300)  # beside the lists, which scroll by themselves
-    for _ in range(40):
-        yield from ui.key('WHEELDOWNMOUSE')
-
-
 def import_match_and_pick(ui):
     meshes.tube(RINGS, SEGMENTS, "Tube")
     ui.frame_all()
-    yield from _open_panel(ui)
+    yield from tabs.open_part(ui, "capture")
     _tube().meanvalue.capture.align = 'NONE'
     ui.remember()
     yield from ui.screenshot("capture_01_before")
@@ -78,7 +60,7 @@ def import_match_and_pick(ui):
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.wait_until(lambda: any("20 markers matched" in line for line in ui.reports()), "they are matched")
     assert len(_tube().meanvalue.handles) == len(MARKED)
-    yield from _scroll(ui)
+    yield from tabs.scroll_down(ui)
     yield from ui.screenshot("capture_04_matched")
 
     yield from _pick(ui)

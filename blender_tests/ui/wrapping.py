@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import view
+from harness import tabs, view
 from mathutils import Vector
 from support import installed, meshes
 
@@ -13,7 +13,7 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     other.scale.z = 1.5
     obj = _ball("Ball", 40, 56, 0.0)
     ui.frame_all()
-    yield from _open_panel(ui)
+    yield from tabs.open_part(ui, "wrapping")
     other.select_set(True)
     yield from ui.invoke("meanvalue.pick_wrap_pairs")
     assert "'Ball'" in ui.status_text(), ui.status_text()
@@ -54,16 +54,6 @@ def _pick(ui, place):
     yield from ui.click(*ui.project(_on(bpy.data.objects["Ball"], place)))
     assert "'Egg'" in ui.status_text(), ui.status_text()
     yield from ui.click(*ui.project(_on(bpy.data.objects["Egg"], place)))
-
-
-def _open_panel(ui):
-    """With Wrap open, and the parts that are around it closed."""
-    modules = [installed.part(name) for name in ("posing.ui.panel", "wrapping.panel")]
-    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
-        bpy.utils.unregister_class(panel)
-        panel.bl_options = set() if "wrap" in panel.__name__ else {'DEFAULT_CLOSED'}
-        bpy.utils.register_class(panel)
-    yield from ui.open_tab("Mean-Value")
 
 
 def _share_that_differs(ui, one, other):

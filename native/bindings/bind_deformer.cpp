@@ -208,7 +208,7 @@ void bind_deformer(py::module_& module) {
         "examples: (e, n, 3), or a sequence of (n, 3): shapes that the mesh is known to take, however rotated and\n"
         "moved. The mesh then bends as they show it, each place by its own blend of them. Method 'fast' only. Each\n"
         "must differ from the rest shape and from the others.\n"
-        "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbours that may move,\n"
+        "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbors that may move,\n"
         "among others), SolverFailure, Cancelled.");
     def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },
              "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"

@@ -35,7 +35,7 @@ pybind11::dict build_info() {
 PYBIND11_MODULE(meanvalue, module) {
     module.doc() =
         "Mean-value geometry encoding (Kraevoy and Sheffer): a rotation-invariant description of each vertex by "
-        "its neighbours, from which a mesh is rebuilt when a few anchor vertices move.";
+        "its neighbors, from which a mesh is rebuilt when a few anchor vertices move.";
     module.attr("__version__") = MEANVALUE_VERSION;
     module.def(
         "build_info", &build_info,

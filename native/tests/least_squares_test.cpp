@@ -49,7 +49,7 @@ TEST(LeastSquares, RefusesRingsThatAreTooLong) {
     setup.unknowns.number.assign(kCount, 0);
     setup.unknowns.rows = {0};
     const std::string refusal = message_of<InvalidInput>([&] { require_short_rings(setup); });
-    EXPECT_TRUE(contains(refusal, "vertex 0 has 9999 neighbours that may move, and at most 2048"));
+    EXPECT_TRUE(contains(refusal, "vertex 0 has 9999 neighbors that may move, and at most 2048"));
 }
 
 }  // namespace

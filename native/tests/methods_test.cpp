@@ -198,7 +198,7 @@ TEST_P(EveryMethod, SolvesForThePoleOfASphereOf160SegmentsAndRefusesAHubByName) 
 
     const Binding hubs = binding_of(capped_tube(3000, 2, 1.0), {0, 1000, 1500}, GetParam());
     const std::string text = message_of<InvalidInput>([&] { bound(hubs); });
-    EXPECT_TRUE(contains(text, "neighbours that may move, and at most 2048")) << text;
+    EXPECT_TRUE(contains(text, "neighbors that may move, and at most 2048")) << text;
     EXPECT_TRUE(contains(text, "vertex 6000 ") || contains(text, "vertex 6001 ")) << text;
 }
 

@@ -30,7 +30,7 @@ TEST(RingLimit, TakesTheLongestThereMayBeAndNoLongerOne) {
     const std::string text = message_of<InvalidInput>([] {
         require_short_rings({7, 8, 9}, {kMostNeighbours, kMostNeighbours + 1, 5});
     });
-    EXPECT_TRUE(contains(text, "vertex 8 has 2049 neighbours that may move, and at most 2048")) << text;
+    EXPECT_TRUE(contains(text, "vertex 8 has 2049 neighbors that may move, and at most 2048")) << text;
     EXPECT_TRUE(contains(text, "dissolve it")) << text;
 }
 
@@ -41,7 +41,7 @@ TEST(RingLimit, AddsUpManyLongRingsAndNotShortOnes) {
     std::fill_n(neighbours.begin(), 100, 1500);
     neighbours[40] = 1501;
     const std::string text = message_of<InvalidInput>([&] { require_short_rings(vertices, neighbours); });
-    EXPECT_TRUE(contains(text, "vertex 40 has 1501 neighbours that may move, and too many others")) << text;
+    EXPECT_TRUE(contains(text, "vertex 40 has 1501 neighbors that may move, and too many others")) << text;
 }
 
 TEST(RingLimit, NamesTheVertexOfTheWholeMeshAndCountsOnlyNeighboursThatMayMove) {

@@ -2,6 +2,7 @@
 """Opens a tab of the sidebar. Blender before 4.2 tells neither which is open nor where they are."""
 
 import bpy
+from support import installed
 
 from . import view
 
@@ -34,6 +35,24 @@ def open_tab(category, click):
         bpy.utils.unregister_class(probe)
     view.redraw()
     yield
+
+
+def open_part(ui, room):
+    """As ui.open_tab("Mean-Value"), with the part of the panel open that a room has, and the others closed."""
+    modules = [installed.part(f"{name}.panel") for name in ("posing.ui", "capture", "wrapping", "baking", "sliders")]
+    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
+        bpy.utils.unregister_class(panel)
+        panel.bl_options = set() if panel.__module__.endswith(f"{room}.panel") else {'DEFAULT_CLOSED'}
+        bpy.utils.register_class(panel)
+    yield from ui.open_tab("Mean-Value")
+
+
+def scroll_down(ui):
+    """The sidebar down to its end."""
+    sidebar = view.region('UI')
+    yield from ui.move_mouse(sidebar.x + 4, sidebar.y + 300)  # beside the lists, which scroll by themselves
+    for _ in range(40):
+        yield from ui.key('WHEELDOWNMOUSE')
 
 
 def _categories():

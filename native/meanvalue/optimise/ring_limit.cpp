@@ -23,14 +23,14 @@ void require_short_rings(const std::vector<Index>& vertices, const std::vector<I
     const auto longest = std::max_element(neighbours.begin(), neighbours.end());
     if (longest == neighbours.end() || (*longest <= kMostNeighbours && pairs <= kMostPairs)) return;
     const std::string vertex =
-        message("vertex ", vertices[longest - neighbours.begin()], " has ", *longest, " neighbours that may move");
+        message("vertex ", vertices[longest - neighbours.begin()], " has ", *longest, " neighbors that may move");
     const std::string limit =
         *longest > kMostNeighbours
             ? message("at most ", kMostNeighbours, " can be solved for, since each acts on all others")
             : message("too many others have nearly as many: each acts on all others");
     throw InvalidInput(message(vertex, ", and ", limit,
                                "; dissolve it and triangulate the face that is left in another way, or let fewer of "
-                               "its neighbours move (region of influence, anchors)"));
+                               "its neighbors move (region of influence, anchors)"));
 }
 
 void require_short_rings(const Region& region, const std::vector<char>& is_fixed, const Execution& execution) {
