@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/reference/python.md and cpp.md are what the module and the headers say now."""
+"""docs/reference/python.md and cpp.md, and the list of decisions, are what the sources say now."""
 
 import importlib
 import pathlib
@@ -15,10 +15,13 @@ sys.path.insert(0, str(ROOT / "packaging" / "site"))
 ADVICE = "it is not what the sources say: ./dev docs reference writes it anew"
 
 
-@pytest.mark.parametrize("name", ["python", "cpp"])
+PAGES = {name: REFERENCE / f"{name}.md" for name in ("python", "cpp")}
+PAGES["decisions"] = ROOT / "docs" / "decisions" / "README.md"
+
+
+@pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_what_the_sources_say(name):
-    page = importlib.import_module(f"{name}_page").page()
-    assert page == (REFERENCE / f"{name}.md").read_text(), ADVICE
+    assert importlib.import_module(f"{name}_page").page() == PAGES[name].read_text(), ADVICE
 
 
 def test_python_page_has_every_function_with_text():

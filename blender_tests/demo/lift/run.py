@@ -17,11 +17,15 @@ animated picture."""
 STEPS = 13
 SECONDS = 0.08
 WIDTH, HEIGHT = 480, 320
+#: Pictures of the extension's listing, in the sizes that Blender's platform asks for.
+LISTING = {"listing_icon": (256, 256), "listing_featured": (1920, 1080)}
 
 
 def options(argv):
     """The command line after `lift`."""
-    return common_options.parse(common_options.parser("lift", DESCRIPTION, ("octopus",), "there is one subject"), argv)
+    made = common_options.parser("lift", DESCRIPTION, ("octopus",), "there is one subject")
+    made.add_argument("--listing", action="store_true", help="only the pictures of the extension's listing")
+    return common_options.parse(made, argv)
 
 
 def blocks(words, empty_scene):
@@ -34,6 +38,8 @@ def blocks(words, empty_scene):
     pose.pose_by_operators(subject)
     places = solve_steps(subject.obj, lift)
     seconds = time.perf_counter() - began
+    if words.listing:
+        return [draw_listing(subject, places, words)]
     path = words.output / "octopus_lift.webp"
     frames = draw(subject, lift, places, words)
     save_animated(path, [*frames, *frames[-2:0:-1]])
@@ -44,6 +50,19 @@ def blocks(words, empty_scene):
             f"picture:       {path.name}, {path.stat().st_size / 1e6:.2f} MB",
         ]
     ]
+
+
+def draw_listing(subject, places, words):
+    """Lines of the report; renders the mesh at the last of the places."""
+    pose.result_key(subject.obj).data.foreach_set("co", places[-1].astype(np.float32).ravel())
+    photograph.show_pose(subject.obj, 1.0)
+    for name, (width, height) in LISTING.items():
+        picture = stage.Picture(width, height, words.samples, words.engine)
+        stage.set_stage(places[-1], picture, subject.view.azimuth_deg, subject.view.elevation_deg)
+        path = words.output / f"{name}.png"
+        stage.render(path)
+        pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
+    return [f"picture:       {name}.png" for name in LISTING]
 
 
 def save_animated(path, frames):
