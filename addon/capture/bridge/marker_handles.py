@@ -55,7 +55,7 @@ def update_handle(obj, matched, number):
     """
     name, vertex = matched.names[number], int(matched.vertices[number])
     pair = obj.meanvalue.capture.pairs[name]
-    handle = marker_pairs.handle_of(obj, pair) or _make_soft_handle(obj, name, COLOR)
+    handle = marker_pairs.handle_of(obj, pair) or _make_soft_handle(obj, name, COLOR, STRENGTH)
     handle.marker = name
     control = _control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
     controls.choose(handle, control, motion.affine(np.eye(3), matched.rest[number]))
@@ -68,7 +68,7 @@ def update_handle(obj, matched, number):
 def _update_cuff(obj, matched, name, cuff):
     """As update_handle()."""
     handle = next((handle for handle in obj.meanvalue.handles if handle.cuff == name and handle.made_control), None)
-    handle = handle or _make_soft_handle(obj, name, CUFF_COLOR)
+    handle = handle or _make_soft_handle(obj, name, CUFF_COLOR, cuff.strength)
     handle.cuff = name
     control = _control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
     frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
@@ -91,14 +91,14 @@ def drop(obj, pair):
     _remove_if_empty(obj)
 
 
-def _make_soft_handle(obj, name, color):
+def _make_soft_handle(obj, name, color, strength):
     """A soft handle that follows a control, with a vertex group of its own."""
     handle = obj.meanvalue.handles.add()
     handle.name = handle.made_group = vertex_groups.make(obj, name).name
     handle.color = color
     handle.follows = 'CONTROL'
     handle.is_soft = True
-    handle.strength = STRENGTH
+    handle.strength = strength
     return handle
 
 

@@ -17,7 +17,9 @@ from .hip_centres import with_hips
 #: Segments of the body that are stiff, long and bent far at both ends.
 LIMBS = ("thigh", "shank")
 #: Radians that a segment's roll may be off: how badly its markers fit it, over how far they are from its axis.
-ROLL = 0.3
+ROLL = 1.0
+#: What each of these takes from the strength of a cuff.
+DOUBT = 0.5
 #: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span.
 COUNT, THICKEST = 3, 0.3
 
@@ -30,6 +32,7 @@ class Cuff:
     vertices: np.ndarray  # (k,)
     centre: np.ndarray  # (3,) of these at rest
     radius: float  # of the limb there
+    strength: float  # from 0 to 1, of the handle: less the farther the roll may be off
     turns: np.ndarray  # (f, 3, 3) from the rest
     centres: np.ndarray  # (f, 3)
 
@@ -38,7 +41,7 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
     """([Cuff], {segment: how far its roll may be off}) of limbs whose markers tell how they turn, and of the others.
 
     Where the best rigid motion (Kabsch 1976) is off by more than ROLL of how far the markers are from the segment's
-    axis (by their second singular value), its roll is not known, and it gets no cuff.
+    axis (by their second singular value), its roll is not known, and it gets no cuff; below, the cuff is the softer.
 
     markers  (f, m, 3) aligned, retargeted, NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks
     m names or None; anchors  (m,) vertices that they carry; surface  the mesh's Surface.
@@ -70,7 +73,8 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
             taken |= set(chosen)
             centre = vertices[chosen].mean(axis=0)
             centres = centres + np.einsum("fij,j->fi", turns, centre - points.mean(axis=0))
-            cuffs.append(Cuff(name, np.array(chosen), centre, ring.radius, turns, centres))
+            strength = 1.0 - DOUBT * error
+            cuffs.append(Cuff(name, np.array(chosen), centre, ring.radius, strength, turns, centres))
     return cuffs, refused
 
 
