@@ -2,7 +2,9 @@
 """Turning the add-on off and on again."""
 
 import importlib.util
+import os
 import pathlib
+import subprocess
 import sys
 import urllib.parse
 import urllib.request
@@ -170,3 +172,30 @@ def test_every_operator_has_its_page():
         if name.startswith("MEANVALUE_OT_"):
             asked = f"bpy.ops.{getattr(bpy.types, name).bl_idname}"
             assert bpy.types.WM_OT_doc_view_manual._lookup_rna_url(asked), asked
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy module starts no Blender")
+def test_blender_without_a_window_starts_with_it_turned_on(tmp_path):
+    """As on a farm, where the preferences have it: Blender turns it on before it has a keymap."""
+    folders = {name: tmp_path / name.lower() for name in ("SCRIPTS", "CONFIG", "RESOURCES", "EXTENSIONS")}
+    for folder in folders.values():
+        folder.mkdir()
+    environment = {**os.environ, **{f"BLENDER_USER_{name}": str(folder) for name, folder in folders.items()}}
+
+    def run(*lines):
+        """Lines of Python in a Blender of its own."""
+        command = [bpy.app.binary_path, "-b", "-noaudio", "--python-exit-code", "1", "--python-expr"]
+        command += ["\n".join(["import bpy", *lines])]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
+        assert done.returncode == 0 and "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr
+
+    if installed.IS_EXTENSION:
+        installed.install_by_command(bpy.app.binary_path, environment)
+    else:
+        run(
+            f"bpy.ops.preferences.addon_install(filepath={installed.ZIP!r})",
+            f"bpy.ops.preferences.addon_enable(module={installed.PACKAGE!r})",
+            "bpy.ops.wm.save_userpref()",
+        )
+    run("bpy.ops.mesh.primitive_monkey_add()", "assert bpy.ops.meanvalue.grab(vertex=0, pin=True) == {'FINISHED'}")

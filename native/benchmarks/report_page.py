@@ -9,6 +9,7 @@ import json
 import pathlib
 import shutil
 import sys
+import textwrap
 from dataclasses import dataclass
 
 HEAD = """# Benchmarks
@@ -19,6 +20,9 @@ Written by `./dev bench report` from `build/bench/*.json`; do not edit. Run on {
 update of a peer is 10 iterations; ours runs until it has converged. What was tried is in the
 [decisions](decisions/README.md).
 """
+
+
+WIDTH = 120  # of lines of text
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ def place(content):
 
 
 def section_lines(section, content, first, picture):
-    lines = ["", f"## {section.heading}: `./dev bench {section.name}`", "", section.caption]
+    lines = ["", f"## {section.heading}: `./dev bench {section.name}`", "", textwrap.fill(section.caption, WIDTH)]
     if place(content) != place(first):
         lines += ["", f"Run on {place(content)}."]
     if picture:

@@ -46,8 +46,11 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
 
 
 def register():
-    bpy.utils.register_tool(MeanValueGrabTool, after={"builtin.transform"}, separator=True)
+    """Not without a window: Blender has no keymap then when it turns on the add-ons of the preferences."""
+    if not bpy.app.background:
+        bpy.utils.register_tool(MeanValueGrabTool, after={"builtin.transform"}, separator=True)
 
 
 def unregister():
-    bpy.utils.unregister_tool(MeanValueGrabTool)
+    if not bpy.app.background:
+        bpy.utils.unregister_tool(MeanValueGrabTool)
