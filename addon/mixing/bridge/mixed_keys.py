@@ -33,7 +33,7 @@ def marked_drivers(obj):
 
 
 def in_between_names(obj):
-    """Of the in-between keys that stand for a mix, which all objects with the mesh share."""
+    """Names of the in-between keys that stand for a mix. All objects with the mesh share them."""
     paths = {curve.data_path for curve in marked_drivers(obj)}
     if not paths:
         return []
@@ -41,7 +41,7 @@ def in_between_names(obj):
 
 
 def made_of_rest(obj):
-    """(names of what stands for the mix as it was with this rest shape, what is to be done when that is another)."""
+    """(names of the keys that hold the mix of this rest shape, what to do once the rest shape is another)."""
     made = in_between_names(obj)
     keys = wording.counted(len(made), "in-between key")
     note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
@@ -76,13 +76,13 @@ def values(obj):
 
 
 def make_key(obj):
-    """Makes the key that turns the mix, shown fully, in the rest shape: it adds nothing then."""
+    """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
     key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
     shape_keys.show_fully(obj.data.shape_keys, key)
 
 
 def why_hidden(obj):
-    """Why the mix is not to be seen as it should, in words, or None."""
+    """Why the mix does not show as it is, or None."""
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
     if key is not None and (key.mute or key.value != 1.0 or key.vertex_group):

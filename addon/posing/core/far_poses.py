@@ -7,10 +7,10 @@ from ...scene.core.rigid import fit_rotations
 
 
 def differing(rest, poses, most, least):
-    """Ascending numbers of at most `most` of f poses, each as far as can be from the rest shape and from one another.
+    """Numbers of the poses, at most `most`, that differ most from the rest shape and from one another, ascending.
 
     rest, poses  (m, 3), (f, m, 3) of a few vertices; where the whole is, and how it is turned, does not count
-    least  distance from which two poses are two
+    least  poses nearer to each other count as the same
     """
     distances, chosen = distances_from(rest, poses), []
     while len(chosen) < most and distances.max() > least:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes poses of the mesh's own rig for examples of how it bends."""
+"""Samples poses of the mesh's own rig, as examples of how it bends."""
 
 import bpy
 
@@ -11,7 +11,7 @@ from ..bridge import rig_poses
 
 class MEANVALUE_OT_sample_rig_poses(BackgroundOperator, bpy.types.Operator):
     """Keep the poses of the animated rig that differ most as shape keys, in place of those sampled before, and pose \
-the mesh like them. They stay muted: what is unmuted, the rig would bend twice"""
+the mesh like them. They stay muted: the rig would bend an unmuted one twice"""
 
     bl_idname = "meanvalue.sample_rig_poses"
     bl_label = "Sample Rig Poses"

@@ -1,4 +1,4 @@
-// As-rigid-as-possible surface modelling, spokes: Sorkine and Alexa, SGP 2007.
+// As-rigid-as-possible surface modeling, spokes: Sorkine and Alexa, SGP 2007.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct ArapOptions {
     double tolerance = 1e-6;
 };
 
-/// Minimises sum_i sum_j w_ij |(v'_i - v'_j) - R_i (v_i - v_j)|^2 by fitting rotations and placing vertices in turns,
+/// Minimizes sum_i sum_j w_ij |(v'_i - v'_j) - R_i (v_i - v_j)|^2 by fitting rotations and placing vertices in turns,
 /// from smooth_start(), with one prefactored Laplacian. Cotangent weights, kept positive.
 /// @param energies where given, receives the sum, over stars with a free vertex, at the start and after each
 ///        iteration; it never rises.

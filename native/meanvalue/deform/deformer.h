@@ -18,12 +18,11 @@ class Workspace;
 struct SolveOptions {
     /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
     /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
-    /// in four steps. With Method::kFull a solve also ends when the energy falls by less than 100 times this share in
-    /// three steps on end.
+    /// in four steps, with Method::kFull by less than 100 times this share in three steps in a row.
     std::optional<double> tolerance;
     int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
-    /// With a start: solve from rest as well, and keep whichever ends at the lower energy. For the end of a drag, so
-    /// that what stays is at least as good as what the targets alone give.
+    /// With a start: solve from rest too, and keep the lower energy of both ends. For the end of a drag: the result
+    /// is then at least as good as a solve of the targets alone.
     bool settle = false;
     /// k numbers from 0 to 1, in the order of the anchors, or empty: what the strength of each soft anchor is
     /// multiplied with, 1 for hard ones. At 0 an anchor is free for this solve, and its target may be anything.
@@ -42,14 +41,14 @@ struct Solution {
 
     /// n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest.
     Positions vertices;
-    /// What was minimised, in squared units of the input: G (equation 15), the cost of lengths where there is
+    /// What was minimized, in squared units of the input: G (equation 15), the cost of lengths where there is
     /// rigidity, and the springs of soft anchors.
     double energy = 0.0;
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearised
     std::vector<double> energies;   ///< at the start and after each iteration
-    /// n x (e + 1) where there are e examples: what the rest shape and each of them count at each vertex.
+    /// n x (e + 1) for e examples: the weights of the rest shape and of each example at each vertex.
     std::vector<double> example_weights;
     int iterations = 0;      ///< of the whole mesh, in the last stage: those of `energies`
     int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
@@ -61,14 +60,14 @@ struct Solution {
 /// A mesh bound to its anchors. Expensive to make, cheap to solve again for other targets.
 class Deformer {
   public:
-    /// @param earlier to share with what it may, or nullptr; both stay usable, side by side, and either may go first.
+    /// @param earlier a deformer to share parts with, or nullptr. Both stay usable; destroy them in any order.
     /// @pre `binding` is one of its binding_again() then. @throws as BoundMesh.
     Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr);
     explicit Deformer(const Binding& binding);
     ~Deformer();
 
-    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one; anchors
-    /// and what belongs to them are to be given.
+    /// A Binding with the mesh, region of influence, method, threads, instructions and treatment of loose parts of
+    /// this one. Its anchors, and what belongs to them, are yours to set.
     Binding binding_again() const;
 
     /// Places every free vertex so that the encoding is kept as well as the anchors at `targets` allow.
@@ -80,7 +79,7 @@ class Deformer {
     /// @throws InvalidInput, SolverFailure, Cancelled; the deformer stays usable.
     Solution solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                    const SolveOptions& options, Execution& execution) const;
-    /// The same from rest, of a matrix or map of Eigen's in any layout. @throws InvalidInput unless it has three
+    /// Solves from rest, for targets in any matrix or map of Eigen's. @throws InvalidInput unless it has three
     /// columns.
     template <typename Derived>
     Solution solve(const Eigen::MatrixBase<Derived>& targets, const SolveOptions& options = {}) const {
@@ -88,9 +87,8 @@ class Deformer {
         return solve(*share(targets, "targets"), {}, options, execution);
     }
 
-    /// A row of solves, each from the answer of the one before, from which the fast method predicts how the shape
-    /// goes on (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on nothing else that is
-    /// solved.
+    /// A series of solves, each from the last answer. The fast method predicts from these how the shape goes on
+    /// (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on no other solve.
     class Drag {
       public:
         /// @param start where the first solve begins, n x 3; none: at rest. @pre the deformer outlives it.

@@ -10,7 +10,7 @@
 namespace meanvalue {
 namespace {
 
-// The factor is in single precision; a second pass is for what the first leaves.
+// The factor is in single precision: a second pass solves for the residual of the first.
 constexpr int kPasses = 2;
 // Weight of rims against spokes. At 0 and at 1 more triangles are turned over (docs/decisions).
 constexpr double kRimShare = 0.3;
@@ -48,7 +48,7 @@ void CellAssembly::measure(const RestCells& cells, int threads, const Execution&
     });
 }
 
-/// Lower triangle. The first vertex of each part is held, which only decides where the part is.
+/// The lower triangle. The first vertex of each part is held: this fixes where the part is, and nothing else.
 SparseMatrix CellAssembly::matrix(const std::vector<std::vector<Index>>& parts, const Execution& execution) const {
     const Index vertices = layout_.vertex_count();
     std::vector<double> diagonal(vertices, 0.0);
@@ -91,7 +91,8 @@ void CellAssembly::index_uses(const Execution& execution) {
         uses_[next[layout_.ring[place]]++] = static_cast<Index>(place);
 }
 
-/// Minus the derivative of one row by its own vertex. @param shares receives that by each ring vertex.
+/// Minus the derivative of the energy of one row by its own vertex. @param shares receives the same by each ring
+/// vertex.
 Vector3 CellAssembly::pull_of(Index row, const RestCells& cells, const Matrix3& rotation, const Positions& positions,
                               std::vector<Vector3>& missing, Vector3* shares) const {
     const Index first = layout_.ring_offsets[row];

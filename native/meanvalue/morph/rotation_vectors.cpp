@@ -9,14 +9,14 @@ namespace meanvalue {
 namespace {
 
 constexpr double kFullAngle = 6.28318530717958647692;
-// A smaller sine of half the angle determines no axis, a smaller cosine no angle.
+// Below this, the sine of half the angle gives no axis, and its cosine no angle.
 constexpr double kNothing = 1e-12;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;
 constexpr double kFarStep = 1.0;  // radians; slopes are singular not far beyond
 constexpr double kSmallAngle = 1e-6;
 
-/// How the vector of R exp(-s) falls with s, but for what cancels where vectors sum to zero.
+/// Minus the derivative of the vector of R exp(-s) by s at 0, without the part that cancels in a sum of zero.
 Matrix3 slope_of(const Vector3& vector) {
     const double angle = vector.norm();
     if (angle < kSmallAngle) return Matrix3::Identity();
@@ -78,7 +78,7 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     } else if (near_length > 0.0) {
         axis = near / near_length;
     }
-    // The nearest of the angles that differ by whole rotations.
+    // Of the angles that differ by whole rotations, the one nearest to `near`.
     const double turns = std::floor((near.dot(axis) - angle) / kFullAngle + 0.5);
     return (angle + turns * kFullAngle) * axis;
 }
@@ -114,7 +114,7 @@ Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count) {
         if (mean.norm() < kMeanTolerance) break;
         const Vector3 newton = slope.inverse() * mean;
         const Matrix3 step =
-            rotation_by(newton.norm() < kFarStep ? newton : mean);  // the mean also if it is no number
+            rotation_by(newton.norm() < kFarStep ? newton : mean);  // else the mean, also where Newton gives NaN
         factor = step * factor;
         for (Index k = 0; k < count; ++k) {
             rotations[k] = rotations[k] * step.transpose();

@@ -8,7 +8,7 @@
 namespace meanvalue {
 namespace {
 
-/// What pulling the residual back to the ring needs, the same for all of its vertices.
+/// What pull_back() needs of a row, besides the terms of each ring vertex.
 struct PullBack {
     LaneVector by_weight;  // of w_k
     Lane by_height;        // of h_k and the direction in which its length grows
@@ -18,8 +18,8 @@ struct PullBack {
     LaneVector normal;
 };
 
-/// The rows' residuals. As in RingLinearisation, of which this is the image in lanes: all about the first vertex of
-/// each ring, so that nothing is lost far from the origin.
+/// Residuals of the rows in the lanes, by the formulas of RingLinearisation. Positions are relative to the first
+/// vertex of each ring: far from the origin no digits are lost.
 /// @param steep RingLanes::steep, or nullptr. @param ring v_k - v_0; @param own v_i - v_0;
 /// @param directions receives dl_k / dD_k.
 MEANVALUE_INLINE LaneVector find_residual(const RowBatch& batch, const BendingLanes* coefficients,
@@ -85,7 +85,7 @@ MEANVALUE_INLINE LaneVector pull_back(const PullBack& back, const BendingLanes& 
            cross(back.by_area, previous - next) + back.by_spread * (here - back.mean);
 }
 
-/// @param spokes v_i - v_k; @param rest p_i - p_k, replaced by what the best rotation leaves of the spokes.
+/// @param spokes v_i - v_k. @param rest p_i - p_k; receives the spokes less the rest spokes, best rotated.
 MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coefficients, const LaneVector* spokes,
                                    LaneVector* rest) {
     LaneMatrix covariance{};
