@@ -80,7 +80,7 @@ class Settings:
         items=(
             (ids.METHOD_FAST, "Fast", "Keeps shape and lengths, follows far turns, quick enough to drag"),
             (ids.METHOD_PAPER, "Paper", "The hierarchical decoding of Kraevoy and Sheffer"),
-            (ids.METHOD_FULL, "Full", "The paper's energy minimised over the whole mesh at once. Slow on big meshes"),
+            (ids.METHOD_FULL, "Full", "The paper's energy minimized over the whole mesh at once. Slow on big meshes"),
         ),
         default=ids.METHOD_FAST,
         update=tell,

@@ -21,7 +21,7 @@ KINDS = (
     ('WIRE', "Without Faces", "Vertices of loose edges, and single ones: only faces tell the shape"),
     ('DOUBLE', "Doubles", "Vertices in the place of others: an open seam, or a copied part. Merge Distance closes it"),
     ('NO_AREA', "Faces Without Area", "Faces whose corners lie in one line or in one place"),
-    ('FLIPPED', "Flipped Faces", "Neighbouring faces that look to opposite sides"),
+    ('FLIPPED', "Flipped Faces", "Neighboring faces that look to opposite sides"),
     ('FIN', "More Than Two Faces", "Edges that more than two faces share, and those of faces that are there twice"),
     ('UNPAIRED', "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
 )
