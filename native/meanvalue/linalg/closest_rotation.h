@@ -9,6 +9,9 @@ namespace meanvalue {
 /// eigenvalue of the 4 x 4 quaternion matrix by Newton's method, its eigenvector by cofactors (Horn 1987; Theobald
 /// 2005). Where that is ill-conditioned (rank one, or nearly a reflection of a flat star), by fit_rotation().
 /// The identity for the zero matrix, and where an entry is not a finite number.
-Matrix3 closest_rotation(const Matrix3& matrix);
+Matrix3 closest_rotation(Matrix3 matrix);
+
+/// The same of `count` matrices, in their place; four take as long as one.
+void closest_rotations(Matrix3* matrices, Index count);
 
 }  // namespace meanvalue

@@ -43,10 +43,10 @@ void align_edges(Index valence, Vector3* edges, Index count) {
                 covariances[k] += spoke * edge.transpose() + rim * (edge - edges[next * count + k]).transpose();
             }
         }
-        for (Index k = 0; k < count; ++k) {
-            const Matrix3 rotation = closest_rotation(covariances[k]);
-            for (Index place = 0; place < valence; ++place)
-                edges[place * count + k] = rotation * edges[place * count + k];
+        closest_rotations(covariances.data(), count);
+        for (Index place = 0; place < valence; ++place) {
+            for (Index k = 0; k < count; ++k)
+                edges[place * count + k] = covariances[k] * edges[place * count + k];
         }
     }
 }
@@ -92,21 +92,22 @@ struct LocalCells::Search {
             for (std::size_t edge = 0; edge < rest.edges.size(); ++edge)
                 edges[edge * count + k] = rest.edges[edge] / size;
         }
-        of_cells.assign(layout.vertex_count() * count, Matrix3::Identity());
+        of_cells.resize(layout.vertex_count() * count);
         parallel_for(layout.vertex_count(), threads, execution, [&](Index begin, Index end) {
             for (Index v = begin; v < end; ++v) {
                 const std::size_t first = layout.ring_offsets[v];
                 const std::size_t last = layout.ring_offsets[v + 1];
                 align_edges(static_cast<Index>(last - first), edges.data() + first * count,
                             static_cast<Index>(count));
-                for (std::size_t k = 0; k < count; ++k) {
-                    Matrix3 covariance = Matrix3::Zero();
-                    for (std::size_t place = first; place < last; ++place) {
+                Matrix3* const of = of_cells.data() + v * count;
+                std::fill_n(of, count, Matrix3::Zero());
+                for (std::size_t place = first; place < last; ++place) {
+                    for (std::size_t k = 0; k < count; ++k) {
                         const Vector3 edge = (shapes[k].row(v) - shapes[k].row(layout.ring[place])).transpose();
-                        covariance += edge * edges[place * count + k].transpose();
+                        of[k] += edge * edges[place * count + k].transpose();
                     }
-                    of_cells[v * count + k] = closest_rotation(covariance);
                 }
+                closest_rotations(of, static_cast<Index>(count));
             }
         });
     }

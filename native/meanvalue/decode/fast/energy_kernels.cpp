@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "meanvalue/decode/fast/simd_closest_rotation.h"
-#include "meanvalue/decode/fast/simd_lanes.h"
+#include "meanvalue/decode/fast/simd_points.h"
+#include "meanvalue/linalg/simd_closest_rotation.h"
 
 namespace meanvalue {
 namespace {

@@ -1,5 +1,5 @@
-// Vectors and matrices of four rows at once, for energy_kernels.cpp: always inlined, so that each kernel is made of
-// its own processor's instructions.
+// Vectors and matrices of three, four of them at once: always inlined, so that each kernel is made of its own
+// processor's instructions.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <emmintrin.h>
 #endif
 
-#include "meanvalue/decode/fast/energy_kernels.h"
+#include "meanvalue/common/types.h"
 
 #define MEANVALUE_INLINE inline __attribute__((always_inline))
 
@@ -18,12 +18,10 @@
 
 namespace meanvalue {
 
+constexpr int kLaneCount = 4;
 using Lane = double __attribute__((vector_size(32), may_alias));
 using LaneMask = std::int64_t __attribute__((vector_size(32), may_alias));
 
-MEANVALUE_INLINE Lane lanes(const RowLanes& of) {
-    return *reinterpret_cast<const Lane*>(of.value);
-}
 MEANVALUE_INLINE Lane all_lanes(double value) {
     return Lane{value, value, value, value};
 }
@@ -59,11 +57,6 @@ MEANVALUE_INLINE bool any(const LaneMask& of) {
 struct LaneVector {
     Lane x, y, z;
 };
-
-/// Memory as vectors of lanes.
-MEANVALUE_INLINE LaneVector* lane_vectors(RowLanes* memory) {
-    return reinterpret_cast<LaneVector*>(memory);
-}
 
 MEANVALUE_INLINE LaneVector operator+(const LaneVector& a, const LaneVector& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -101,30 +94,19 @@ MEANVALUE_INLINE LaneVector operator*(const LaneMatrix& a, const LaneVector& b) 
     return {dot(a.row[0], b), dot(a.row[1], b), dot(a.row[2], b)};
 }
 
-/// One point into each lane.
-MEANVALUE_INLINE LaneVector load(const PaddedPoint* points, const Index* which) {
-    const auto point = [&](int lane) { return *reinterpret_cast<const Lane*>(points[which[lane]].value); };
-    const Lane a = point(0), b = point(1), c = point(2), d = point(3);
-    const Lane xz_low = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    const Lane y_low = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const Lane xz_high = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    const Lane y_high = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    return {__builtin_shufflevector(xz_low, xz_high, 0, 1, 4, 5), __builtin_shufflevector(y_low, y_high, 0, 1, 4, 5),
-            __builtin_shufflevector(xz_low, xz_high, 2, 3, 6, 7)};
+/// One of the four.
+inline Matrix3 lane_of(const LaneMatrix& matrices, int lane) {
+    Matrix3 matrix;
+    for (int r = 0; r < 3; ++r)
+        matrix.row(r) << matrices.row[r].x[lane], matrices.row[r].y[lane], matrices.row[r].z[lane];
+    return matrix;
 }
-
-/// Adds each lane to its point, one after another: two may be the same.
-MEANVALUE_INLINE void add_to(PaddedPoint* points, const Index* which, const LaneVector& of) {
-    const Lane zero{};
-    const auto point = [&](int lane) { return reinterpret_cast<Lane*>(points[which[lane]].value); };
-    const Lane xy_even = __builtin_shufflevector(of.x, of.y, 0, 4, 2, 6);
-    const Lane xy_odd = __builtin_shufflevector(of.x, of.y, 1, 5, 3, 7);
-    const Lane z_even = __builtin_shufflevector(of.z, zero, 0, 4, 2, 6);
-    const Lane z_odd = __builtin_shufflevector(of.z, zero, 1, 5, 3, 7);
-    *point(0) += __builtin_shufflevector(xy_even, z_even, 0, 1, 4, 5);
-    *point(1) += __builtin_shufflevector(xy_odd, z_odd, 0, 1, 4, 5);
-    *point(2) += __builtin_shufflevector(xy_even, z_even, 2, 3, 6, 7);
-    *point(3) += __builtin_shufflevector(xy_odd, z_odd, 2, 3, 6, 7);
+inline void set_lane(const Matrix3& matrix, int lane, LaneMatrix& matrices) {
+    for (int r = 0; r < 3; ++r) {
+        matrices.row[r].x[lane] = matrix(r, 0);
+        matrices.row[r].y[lane] = matrix(r, 1);
+        matrices.row[r].z[lane] = matrix(r, 2);
+    }
 }
 
 }  // namespace meanvalue

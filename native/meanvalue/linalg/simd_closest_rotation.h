@@ -1,32 +1,19 @@
-// closest_rotation() of four matrices at once, for energy_kernels.cpp.
+// The rotations nearest to four matrices at once.
 #pragma once
 
-#include <cmath>
-
-#include "meanvalue/decode/fast/simd_lanes.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
+#include "meanvalue/linalg/simd_lanes.h"
 
 namespace meanvalue {
 
-/// The lanes named by `ill` again, each by closest_rotation(). Apart, since it is rare.
+/// The lanes named by `ill` again, by singular values. Apart, since it is rare.
 __attribute__((noinline)) inline void redo_rotations(const LaneMatrix& matrix, const LaneMask& ill,
                                                      LaneMatrix& rotation) {
-    const auto lane_of = [](auto& m, int r, int c) -> auto& {
-        auto& row = m.row[r];
-        return c == 0 ? row.x : c == 1 ? row.y : row.z;
-    };
-    for (int lane = 0; lane < kRowLanes; ++lane) {
+    for (int lane = 0; lane < kLaneCount; ++lane) {
         if (ill[lane] == 0) continue;
-        Matrix3 single;
-        for (int r = 0; r < 3; ++r) {
-            for (int c = 0; c < 3; ++c)
-                single(r, c) = lane_of(matrix, r, c)[lane];
-        }
-        single = closest_rotation(single);
-        for (int r = 0; r < 3; ++r) {
-            for (int c = 0; c < 3; ++c)
-                lane_of(rotation, r, c)[lane] = single(r, c);
-        }
+        const Matrix3 single = lane_of(matrix, lane);
+        // Singular values are not defined of what is no number.
+        set_lane(single.allFinite() ? fit_rotation(single) : Matrix3::Identity(), lane, rotation);
     }
 }
 
@@ -51,14 +38,14 @@ struct QuaternionLanes {
     }
 };
 
-/// The rotations that maximise trace(R^T M): the method of closest_rotation(), with one difference. The cofactors of
-/// K - x I, K the quaternion matrix and x its largest eigenvalue, are a multiple of q q^T, and the entries of R are
-/// linear in those of q q^T: no column need be chosen. Where the multiple, the product of the gaps between the
-/// eigenvalues, is small, closest_rotation() is asked.
+/// The rotations that maximise trace(R^T M), from the largest eigenvector q of Horn's matrix (1987), a quaternion.
+/// The cofactors of K - x I, K that matrix and x its largest eigenvalue, are a multiple of q q^T, and the entries of
+/// R are linear in those of q q^T: no column need be chosen. Where the multiple, the product of the gaps between the
+/// eigenvalues, is small, digits are lost, and singular values are found instead.
 MEANVALUE_INLINE LaneMatrix closest_rotations(const LaneMatrix& matrix) {
     constexpr int kMostSteps = 12;
     constexpr double kStepTolerance = 1e-13;
-    // For matrices of norm 1. Far above where closest_rotation() gives up, so that no digits are lost here.
+    // For matrices of norm 1.
     constexpr double kLeastGaps = 1e-2;
     const Lane scale = 1.0 / square_root(dot(matrix.row[0], matrix.row[0]) + dot(matrix.row[1], matrix.row[1]) +
                                          dot(matrix.row[2], matrix.row[2]));
