@@ -34,8 +34,8 @@ PACKAGES = (
 )  # fmt: skip
 #: What a Debian's Blender imports without that its package asks for it.
 MORE_PACKAGES = {"trixie": (), "sid": ("python3-cattr", "python3-requests")}
-#: glibc of the wheels that are taken: every one from the first number up to the second.
-GLIBC = (17, 36)
+#: Platforms of the wheels that are taken: for glibc up to that of this Debian.
+PLATFORMS = tuple(f"manylinux_2_{minor}_x86_64" for minor in range(17, 37))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,10 +105,10 @@ def user_folder(build, suite):
     return {f"BLENDER_USER_{name.upper()}": str(user / name) for name in names}
 
 
-def install(target, suite, wanted, stamp=""):
+def install(target, suite, wanted, stamp="", platforms=PLATFORMS):
     """What is `wanted`, for the suite's Python, by this system's pip, unless it is there with the same stamp.
 
-    @throws UnavailableError.
+    platforms: tags of the wheels that may be taken. @throws UnavailableError.
     """
     ready = f"{wanted} {stamp}"
     if (target / "ready").exists() and (target / "ready").read_text() == ready:
@@ -120,8 +120,8 @@ def install(target, suite, wanted, stamp=""):
     command += ["--python-version", suite.python, "--implementation", "cp"]
     if suite.debian:  # for another Python: pip 23 compares what packages ask for with the one that runs
         command.append("--ignore-requires-python")
-    for minor in range(GLIBC[0], GLIBC[1] + 1):
-        command += ["--platform", f"manylinux_2_{minor}_x86_64"]
+    for platform in platforms:
+        command += ["--platform", platform]
     with log.open("w") as output:
         done = subprocess.run([*command, *wanted], stdout=output, stderr=subprocess.STDOUT)
     if done.returncode:

@@ -70,16 +70,23 @@ def build(path, wheels):
     check(wheels)
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("blender_manifest.toml", manifest(wheels))
+        add(archive, "blender_manifest.toml", manifest(wheels).encode())
         for file in sorted((ROOT / "addon").rglob("*")):
             if file.is_file() and "__pycache__" not in file.parts:
-                archive.write(file, file.relative_to(ROOT / "addon"))
+                add(archive, file.relative_to(ROOT / "addon").as_posix(), file.read_bytes())
         for name in ("LICENSE", "NOTICE"):
-            archive.write(ROOT / name, name)
+            add(archive, name, (ROOT / name).read_bytes())
         for page in sorted((ROOT / "docs/guide").glob("*.md")):
-            archive.write(page, f"manual/{page.stem}.txt")
+            add(archive, f"manual/{page.stem}.txt", page.read_bytes())
         for wheel in sorted(wheels):
-            archive.write(wheel, f"wheels/{wheel.name}")
+            add(archive, f"wheels/{wheel.name}", wheel.read_bytes())
+
+
+def add(archive, name, content):
+    """Without the time and the owner: the same sources make the same bytes."""
+    entry = zipfile.ZipInfo(name)
+    entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+    archive.writestr(entry, content)
 
 
 def build_all(folder, wheels):

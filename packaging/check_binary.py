@@ -23,12 +23,12 @@ LIBRARIES = {
     lief.Binary.FORMATS.MACHO: ("/usr/lib/libSystem.B.dylib",),
 }  # fmt: skip
 #: What a module may show besides, as it does no harm: on Windows, where nobody looks for a name in another library than
-#: the one he asks, pybind11's exceptions; on macOS the library's own header, by Zig's linker, and C++'s operators new
-#: and delete.
+#: the one he asks, pybind11's exceptions; on macOS the library's own header, by Zig's linker, C++'s operators new and
+#: delete, and on Intel types of exceptions: as own_symbols.py leaves it, nothing takes them in place of its own.
 HARMLESS = {
     lief.Binary.FORMATS.ELF: (),
     lief.Binary.FORMATS.PE: ("_Z*8pybind11*",),
-    lief.Binary.FORMATS.MACHO: ("_mh_dylib_header", "__dso_handle", "_Zn*", "_Zd*"),
+    lief.Binary.FORMATS.MACHO: ("_mh_dylib_header", "__dso_handle", "_Zn*", "_Zd*", "_ZT[IS]*"),
 }
 
 

@@ -40,10 +40,14 @@ class Chroot:
         """`folder` is made by make() and reused; remove it to have a newer state of the release."""
         self._folder = pathlib.Path(folder).resolve()
 
-    def make(self, suite, packages):
-        """With `packages` and what they need, unless it was made with the same before. @throws UnavailableError."""
+    def make(self, suite, packages, processor=None):
+        """With `packages` and what they need, unless it was made with the same before.
+
+        For another `processor`, as Debian calls it, all is only unpacked, for an emulator that is given the folder.
+        @throws UnavailableError.
+        """
         made, wanted = self._folder.with_suffix(".made"), " ".join([suite, *packages])
-        if os.geteuid() != 0:
+        if os.geteuid() != 0 and not processor:
             raise UnavailableError(f"a chroot with Debian {suite} is made and entered by root")
         if made.exists() and made.read_text() == wanted:
             return
@@ -51,7 +55,8 @@ class Chroot:
         if self._folder.exists():
             shutil.rmtree(self._folder)
         log = self._folder.with_suffix(".log")
-        options = ["--variant=minbase", "--components=main", f"--include={','.join(packages)}"]
+        options = ["--components=main", f"--include={','.join(packages)}"]
+        options += ["--variant=extract", f"--architectures={processor}"] if processor else ["--variant=minbase"]
         # The archive that is mirrored here may lag behind this machine's clock; it is signed all the same.
         settings = ('APT::Install-Recommends "false"', 'Acquire::Check-Valid-Until "false"')
         options += [f"--aptopt={setting}" for setting in settings]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What build_wheels.py needs and does not make: parts of Debian's archive and the Python registry, kept in a folder."""
 
+import os
 import pathlib
 import shutil
 import subprocess
@@ -87,7 +88,7 @@ def fetch(work, tools, target, versions):
     steps = [(work / "openmesh", unpack_openmesh, ())]
     steps += [(work / f"python{version}", unpack_headers, (version,)) for version in versions]
     if windows:
-        steps += [(work / f"python{version}-windows", unpack_windows, (version, tools)) for version in versions]
+        steps += [(windows_python(work, version), unpack_windows, (version, tools)) for version in versions]
     for folder, unpack, arguments in steps:
         if not folder.exists():
             archive = archive or Archive(work)
@@ -97,11 +98,19 @@ def fetch(work, tools, target, versions):
             shutil.rmtree(unpacking, ignore_errors=True)
     parts = {}
     for version in versions:
-        python = work / f"python{version}{'-windows' * windows}"
-        parts[version] = {"MEANVALUE_OPENMESH_SOURCE": work / "openmesh", "Python_INCLUDE_DIR": python}
+        parts[version] = {"MEANVALUE_OPENMESH_SOURCE": work / "openmesh"}
         if windows:
-            parts[version]["Python_LIBRARY"] = python / f"python{version.replace('.', '')}.lib"
+            python = windows_python(work, version)
+            parts[version]["Python_INCLUDE_DIR"] = python / "include"
+            parts[version]["Python_LIBRARY"] = python / "libs" / f"python{version.replace('.', '')}.lib"
+        else:
+            parts[version]["Python_INCLUDE_DIR"] = work / f"python{version}"
     return parts
+
+
+def windows_python(work, version):
+    """The folder of a Python for Windows, laid out as there: python.exe, its libraries, include/, libs/ and Lib/."""
+    return work / f"windows-python{version}"
 
 
 def unpack_openmesh(archive, folder):
@@ -124,24 +133,38 @@ def unpack_headers(archive, folder, version):
 
 
 def unpack_windows(archive, folder, version, tools):
-    """As unpack_headers(), with pyconfig.h of Python's sources and the library that a linker needs for its DLL."""
-    digits = version.replace(".", "")
-    shutil.copytree(folder.with_name(f"python{version}"), folder)
+    """A Python for Windows: what runs comes from WINDOWS_PYTHON, headers and the library in Python from its sources."""
+    dll, headers, libraries = f"python{version.replace('.', '')}.dll", folder / "include", folder / "libs"
+    shutil.copytree(folder.with_name(f"python{version}"), headers)
     with archive.sources(f"python{version}", SUITES[version]) as sources:
-        wanted = ("PC/pyconfig.h", "PC/pyconfig.h.in")
-        member = next(name for name in sources.getnames() if name.partition("/")[2] in wanted)
-        (folder / "pyconfig.h").write_bytes(sources.extractfile(member).read())
+        for member in sources:
+            path = pathlib.PurePath(*pathlib.PurePath(member.name).parts[1:])
+            if member.isfile() and path.name in ("pyconfig.h", "pyconfig.h.in") and path.parts[0] == "PC":
+                (headers / "pyconfig.h").write_bytes(sources.extractfile(member).read())
+            elif path.parts[:1] == ("Lib",) and "test" not in path.parts:
+                member.name = str(path)
+                sources.extract(member, folder)
     run(
         tools / "pip", "download", "-q", "--no-deps", "--only-binary", ":all:", "--platform", "win_amd64",
         "--python-version", version, "-d", folder, WINDOWS_PYTHON,
     )  # fmt: skip
     wheel = next(folder.glob("*.whl"))
-    dll = folder / f"python{digits}.dll"
     with zipfile.ZipFile(wheel) as archive_of_wheel:
-        dll.write_bytes(archive_of_wheel.read(f"deploy_libs/{dll.name}"))
+        for name in archive_of_wheel.namelist():
+            place, _, file = name.partition("/")
+            # The system has what is called api-ms, also Wine.
+            if place == "deploy_libs" and not file.startswith("api-ms-"):
+                (folder / file).write_bytes(archive_of_wheel.read(name))
     wheel.unlink()
-    names = run(tools / "python", check_binary(), "--exports", dll, capture_output=True, text=True).stdout
-    definitions = dll.with_suffix(".def")
-    definitions.write_text(f"LIBRARY {dll.name}\nEXPORTS\n{names}")
-    run(zig(tools), "dlltool", "-m", "i386:x86-64", "-D", dll.name, "-d", definitions, "-l", dll.with_suffix(".lib"))
+    names = run(tools / "python", check_binary(), "--exports", folder / dll, capture_output=True, text=True).stdout
+    libraries.mkdir()
+    library = (libraries / dll).with_suffix(".lib")
+    definitions = library.with_suffix(".def")
+    definitions.write_text(f"LIBRARY {dll}\nEXPORTS\n{names}")
+    run(zig(tools), "dlltool", "-m", "i386:x86-64", "-D", dll, "-d", definitions, "-l", library)
+    launcher = pathlib.Path(__file__).with_name("windows_python.c")
+    run(
+        zig(tools), "cc", "-target", "x86_64-windows-gnu", "-municode", "-s", launcher, library,
+        "-o", folder / "python.exe", env={**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(folder.parent / "zig-cache")},
+    )  # fmt: skip
     return folder

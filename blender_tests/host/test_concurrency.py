@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 def run(code_or_file, *arguments, timeout):
     """In a process of its own, since what goes wrong may end it or never end."""
     command = [sys.executable, *(["-c", code_or_file] if "\n" in code_or_file else [code_or_file]), *arguments]
-    environment = {"PYTHONPATH": os.pathsep.join(path for path in (str(ROOT), *sys.path) if path)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in (str(ROOT), *sys.path) if path)}
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=ROOT, env=environment)
 
 

@@ -2,6 +2,7 @@
 """packaging/build_extension.py: what the extension's zip holds, and which wheels are refused."""
 
 import importlib.util
+import os
 import pathlib
 import zipfile
 
@@ -81,6 +82,14 @@ def test_the_manifest_keeps_blenders_rules(builder, wheels):
     for text in (manifest["tagline"], *manifest["permissions"].values()):
         assert len(text) <= 64 and text[-1].isalnum()
     assert set(manifest["permissions"]) <= {"files", "network", "clipboard", "camera", "microphone"}
+
+
+def test_the_same_sources_make_the_same_bytes(builder, wheels, tmp_path):
+    made, first, second = wheels(LINUX_311), tmp_path / "first.zip", tmp_path / "second.zip"
+    builder.build(first, made)
+    os.utime(made[0], (1_000_000_000, 1_000_000_000))
+    builder.build(second, made)
+    assert first.read_bytes() == second.read_bytes()
 
 
 @pytest.mark.parametrize(

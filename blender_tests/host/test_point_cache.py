@@ -113,7 +113,7 @@ def test_errors_of_the_disk_are_told_and_leave_the_old_file(tmp_path, monkeypatc
 
 def test_what_killed_processes_left_is_taken_away_and_what_runs_is_not(tmp_path):
     host = whole_files.socket.gethostname()
-    ended = subprocess.Popen(["true"])
+    ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     dead = tmp_path / f"a.tmp.{host}.{ended.pid}"
     running = tmp_path / f"a.tmp.{host}.{os.getppid()}"
