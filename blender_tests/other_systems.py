@@ -11,6 +11,7 @@ BUILD_FOLDER/python. What can't be had here ends with status 77 and a last line 
 """
 
 import collections
+import contextlib
 import dataclasses
 import hashlib
 import os
@@ -22,6 +23,7 @@ import sys
 import time
 
 from other_blenders import PYTEST, ROOT, SKIPPED, Suite, install, user_folder
+from ui.harness.display import Display
 
 sys.path.insert(0, str(ROOT / "packaging"))
 import build_extension
@@ -48,8 +50,10 @@ class Wine:
     def python(self):
         return ["wine", str(self.build / "portable" / f"windows-python{PYTHON}" / "python.exe")]
 
-    def make(self):
-        return {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "PYTHONDONTWRITEBYTECODE": "1"}
+    @contextlib.contextmanager
+    def variables(self):
+        with Display() as display:  # to render on
+            yield {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "DISPLAY": display.name}
 
     def path(self, path):
         return "Z:" + str(path).replace("/", "\\")
@@ -68,7 +72,8 @@ class Qemu:
     def python(self):
         return [str(self.build / "debian-arm64" / "usr" / "bin" / "emulated-python")]
 
-    def make(self):
+    @contextlib.contextmanager
+    def variables(self):
         folder = self.build / "debian-arm64"
         Chroot(folder).make("bookworm", [f"python{PYTHON}"], "arm64")
         # Called by a path in its own folder, Python knows where it is, and tests start it by what it says.
@@ -77,7 +82,7 @@ class Qemu:
             f'#!/bin/sh\nexec qemu-aarch64 -L {folder} -0 "$0" {folder}/usr/bin/python{PYTHON} "$@"\n'
         )
         launcher.chmod(0o755)
-        return {"PYTHONDONTWRITEBYTECODE": "1"}
+        yield {}
 
     def path(self, path):
         return str(path)
@@ -100,8 +105,9 @@ class Here:
     def python(self):
         return [sys.executable]
 
-    def make(self):
-        return {}
+    @contextlib.contextmanager
+    def variables(self):
+        yield {}
 
     def path(self, path):
         return str(path)
@@ -165,7 +171,12 @@ def counts(output):
 def run(build, name, kind, arguments):
     """Exit status. @throws UnavailableError."""
     system = TARGETS[name](build)
-    environment = {**os.environ, **system.make()}
+    with system.variables() as variables:
+        environment = {**os.environ, **variables, "PYTHONPYCACHEPREFIX": system.path(build / f"bytecode-{name}")}
+        return run_files(build, name, kind, arguments, system, environment)
+
+
+def run_files(build, name, kind, arguments, system, environment):
     environment["PYTHONPATH"] = system.path(install_all(build, system, kind))
     command = [*system.python, "-m", "pytest"]
     if kind == "blender":

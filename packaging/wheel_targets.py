@@ -57,6 +57,12 @@ def zig(tools):
     return subprocess.run(call, check=True, capture_output=True, text=True).stdout.strip()
 
 
+def write_if_changed(path, text):
+    """So that what caches what was compiled knows the compiler by the time of this file."""
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
 def write_toolchain(work, tools, target):
     """A file for CMake in `work`, and beside it the compiler's parts as commands of one word. Returns its path."""
     work.mkdir(parents=True, exist_ok=True)
@@ -65,9 +71,8 @@ def write_toolchain(work, tools, target):
     for name, call in commands.items():
         path = work / f"zig-{name}"
         # Zig compiles its libc++ at the first call and keeps it.
-        path.write_text(
-            f'#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR="{work.parent}/zig-cache"\nexec "{zig(tools)}" {call} "$@"\n'
-        )
+        cache = work.parent / "zig-cache"
+        write_if_changed(path, f'#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR="{cache}"\nexec "{zig(tools)}" {call} "$@"\n')
         path.chmod(0o755)
     toolchain = work / "toolchain.cmake"
     toolchain.write_text(

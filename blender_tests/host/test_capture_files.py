@@ -138,7 +138,8 @@ def test_paths_that_are_no_files_are_refused(tmp_path):
     folder = tmp_path / "folder.c3d"
     folder.mkdir()
     pipe = tmp_path / "pipe.trc"
-    os.mkfifo(pipe)
+    if hasattr(os, "mkfifo"):  # elsewhere it is missing, as is the next
+        os.mkfifo(pipe)
     for path in ("", folder, pipe, tmp_path / "missing.bvh", tmp_path / ("x" * 300 + ".bvh"), "null\0.c3d"):
         with pytest.raises(MotionFileError):
             readers.read(path)
