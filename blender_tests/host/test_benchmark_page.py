@@ -2,14 +2,10 @@
 """./dev bench report: the page of what was measured."""
 
 import json
-import pathlib
-import sys
 
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "native" / "benchmarks"))
-
-import report_page
+from native.benchmarks import report_page
 
 ROWS = [["body", "fast", 0.12345], ["bar", "a|b", 50412]]
 TABLE = {"title": "T", "columns": ["shape", "method", "first s"], "rows": ROWS}
