@@ -14,7 +14,7 @@ from . import shape_keys
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
 SLICE = 5000
 
-#: How finely the weights that we write differ. Painted ones in Blender are shown with as many colours.
+#: How finely the weights that we write differ. Painted ones in Blender are shown with as many colors.
 WEIGHT_STEPS = 255
 
 

@@ -74,7 +74,7 @@ void bind_reports(py::module_& module) {
             "at rest. A view that keeps the solution alive; copy() gives one to write to.")
         .def_readonly(
             "energy", &Solution::energy,
-            "float: what was minimised, in squared units of the input: G over the rows that depend on free\n"
+            "float: what was minimized, in squared units of the input: G over the rows that depend on free\n"
             "vertices (equation 15), the cost of lengths where there is rigidity, and the springs of soft anchors.")
         .def_readonly("initial_energy", &Solution::initial_energy)
         .def_readonly("energies", &Solution::energies, "list: energy at the start and after each iteration.")

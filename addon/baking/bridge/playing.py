@@ -129,7 +129,7 @@ def _shown_keys(obj):
 
 
 def _animate_values(keys, made, times):
-    """Each key is at 1 at its own frame and at 0 at its neighbours', so that values cross-fade and sum to 1."""
+    """Each key is at 1 at its own frame and at 0 at its neighbors', so that values cross-fade and sum to 1."""
     for number, key in enumerate(made):
         key.mute = False
         begin, end = max(0, number - 1), min(len(made), number + 2)

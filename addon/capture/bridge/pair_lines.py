@@ -10,7 +10,7 @@ from . import marker_pairs
 #: Near, middling, far: told apart by most eyes (Okabe and Ito 2008).
 SCALE_COLORS = np.array([(0.0, 0.62, 0.45, 1.0), (0.94, 0.89, 0.26, 1.0), (0.84, 0.30, 0.0, 1.0)], np.float32)
 
-#: Distance that has the last colour, as a share of the mesh's size: on a person some 12 cm.
+#: Distance that has the last color, as a share of the mesh's size: on a person some 12 cm.
 FAR = 0.05
 
 ACTIVE_COLOR = (1.0, 1.0, 1.0, 1.0)

@@ -16,7 +16,7 @@ from ...scene import actions, selection
 from ...scene.core import sample_times
 from ..core import units
 
-#: Size of a marker, as a share of the extent of the whole set, and where that has none, in metres.
+#: Size of a marker, as a share of the extent of the whole set, and where that has none, in meters.
 SIZE_OVER_EXTENT = 0.01
 LEAST_SIZE = 0.002
 

@@ -15,7 +15,7 @@ from .body import Body
 
 #: Share of the markers that must lie on the mesh; the others may be anywhere (arms in another pose, mislabelled ones).
 TRIMMED = 0.65
-#: Metres from a marker's centre to the skin.
+#: Meters from a marker's center to the skin.
 MARKER_RADIUS = 0.007
 #: How much markers of arms count: nobody holds them alike.
 ARMS = 0.3
@@ -67,9 +67,9 @@ def align_to_mesh(markers, landmarks, body):
     Scale and height come from the heights of known landmarks over the ground (landmarks.py), else from the extent. From
     several turns about the upright axis (near the way that the mesh's feet point, where that is to be seen, and the
     other way; else all round) ICP leads to the surface (Besl and McKay 1992; upright, scaled, trimmed as by Chetverikov
-    et al. 2005), or for joints of skeletons to the middle of the body. A marker's centre is its radius off the skin.
+    et al. 2005), or for joints of skeletons to the middle of the body. A marker's center is its radius off the skin.
 
-    markers  (m, 3) metres; landmarks  m names or None.
+    markers  (m, 3) meters; landmarks  m names or None.
     Raises InvalidMotionError for less than 6 markers, and for markers or meshes without height.
     """
     if len(markers) < 6:

@@ -32,7 +32,7 @@ class Body:
 
 
 def medial_points(points, normals):
-    """(n, 3): for each point of a closed surface the centre of the largest ball inside that touches the surface there.
+    """(n, 3): for each point of a closed surface the center of the largest ball inside that touches the surface there.
 
     The medial axis (Blum 1967) from samples, by the ball through each point and the one that limits it most (Ma, Bae
     and Choi 2012). points (n, 3); normals (n, 3) unit, outward.

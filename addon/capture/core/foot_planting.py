@@ -79,8 +79,8 @@ def find_stances(positions, rate_hz, height, slow=SLOW):
     or faster. "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that
     frame: so floors need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
 
-    positions  (f, k, 3) metres, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
-    frames a second; height  of the body, metres; slow  two speeds as SLOW.
+    positions  (f, k, 3) meters, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
+    frames a second; height  of the body, meters; slow  two speeds as SLOW.
     """
     smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
     speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]

@@ -12,17 +12,17 @@ MEASURED, SPLINE, RIGID, MISSING = 0, 1, 2, 3
 MOST_BEYOND = 3
 #: Good samples beside a gap that its slope is read from.
 SLOPE_SAMPLES = 5
-#: Neighbours that carry a marker through a gap.
+#: Neighbors that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
-#: Metres that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
+#: Meters that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
 VARIATIONS = (0.01, 0.03, 0.1)
-#: Metres that no difference in variation is made of.
+#: Meters that no difference in variation is made of.
 NOISE = 0.001
-#: Neighbours are weighted by these powers of how little their distances vary, one after the other: each settles the
+#: Neighbors are weighted by these powers of how little their distances vary, one after the other: each settles the
 #: turn that the next leaves open, where few count and lie on a line. A segment with three markers needs no others;
 #: where it has two those of the next one must count for little, but not for nothing.
 POWERS, PRIOR = (1, 3), 0.05
-#: A neighbour's distance may vary by this share of it (standard deviation), or it is no neighbour.
+#: A neighbor's distance may vary by this share of it (standard deviation), or it is no neighbor.
 LARGEST_VARIATION = 0.2
 #: Frames in which two markers must be seen together before anything is said of their distance.
 LEAST_TOGETHER = 10

@@ -12,13 +12,13 @@ from . import units
 #: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
 #: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
 FREE, USUAL, NEARBY = 0.008, 4.0, 20
-#: Gaps of less samples are judged by speeds, longer ones by neighbours.
+#: Gaps of less samples are judged by speeds, longer ones by neighbors.
 SHORT = 4
 #: Steps that speeds, and samples that distances, are the medians of.
 WINDOW = 3
 #: Seconds between the reappearances of two markers that may have been swapped meanwhile, and until a spike is over.
 TOGETHER, SPIKE = 0.5, 0.25
-#: Neighbours whose distance to a marker is compared before and after a gap, as many of them as must have changed, and
+#: Neighbors whose distance to a marker is compared before and after a gap, as many of them as must have changed, and
 #: the samples between which their distances change as they usually do.
 PARTNERS, AGREEING, LAG = 5, 3, 10
 
@@ -52,11 +52,11 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
 
     A path breaks where a step differs from the mean of the speeds (medians of WINDOW steps) before and after it by far
     more than its steps usually do, and by more than half of what the speeds themselves differ by: noise, fast motion
-    and hard stops pass. After a gap, distances to the neighbours that are most rigid with the marker must be as before.
+    and hard stops pass. After a gap, distances to the neighbors that are most rigid with the marker must be as before.
     Two markers whose paths break together and go on in each other's are swapped. Markers nearer to each other than
     twice FREE of the body's extent can't be told apart.
 
-    positions  (f, m, 3) metres, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
+    positions  (f, m, 3) meters, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
     are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
     """
     names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else labels

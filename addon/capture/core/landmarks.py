@@ -44,7 +44,7 @@ PLACES = {
     "pelvis.front": Place(("pelvis", "waist"), 0.56),
     "pelvis.side": Place(("pelvis", "waist"), 0.58),
     "pelvis.back": Place(("pelvis", "waist"), 0.57),
-    # The centre of the joint: no marker, but found from those of the pelvis (see hip_centres.py).
+    # The center of the joint: no marker, but found from those of the pelvis (see hip_centres.py).
     "hip": Place(("pelvis", "thigh.*"), 0.53),
     "thigh": Place(("thigh.*",), 0.40),
     "knee": Place(("thigh.*", "shank.*"), 0.285),
@@ -57,7 +57,7 @@ PLACES = {
     "toe.big": Place(("foot.*",), 0.02, True),
     "toe.little": Place(("foot.*",), 0.015, True),
     "toe.tip": Place(("foot.*",), 0.015, True),
-    # What skeletons have in place of markers: centres of joints, inside of the body ("hip" above is one, too).
+    # What skeletons have in place of markers: centers of joints, inside of the body ("hip" above is one, too).
     "pelvis.joint": Place(("pelvis", "waist"), 0.55),
     "spine": Place(("torso", "waist")),
     "neck.joint": Place(("torso", "neck"), 0.84),

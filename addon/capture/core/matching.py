@@ -53,7 +53,7 @@ def skin_targets(markers, reference, offsets, landmarks):
 
     The surface at a marker turns from the reference to a frame as the segments of the body do that the marker is of,
     else as the markers around it (Kabsch 1976). What is missing does not count; what the others leave open (one
-    neighbour, all on a line) turns as the whole body does. In the reference the targets are the anchor vertices
+    neighbor, all on a line) turns as the whole body does. In the reference the targets are the anchor vertices
     themselves, and wherever a segment moves rigidly they are where its skin goes.
 
     markers  (f, m, 3) in the mesh's space and size: aligned, filled, filtered, retargeted; NaN stay NaN. reference

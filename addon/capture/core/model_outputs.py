@@ -24,7 +24,7 @@ KINDS = {
 }
 UNLABELLED = "unlabelled points"
 
-#: Names of points that no marker can be: joint centres, centre of mass, V_ for virtual (Motion Analysis), what is on
+#: Names of points that no marker can be: joint centers, center of mass, V_ for virtual (Motion Analysis), what is on
 #: the ground below others or in the middle of two.
 _VIRTUAL_NAME = re.compile(
     r"""(?: .*[:._\s] )?

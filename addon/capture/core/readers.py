@@ -19,7 +19,7 @@ SUFFIXES = tuple(_READERS)
 def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The markers in a C3D, TRC or BVH file, as a Take.
 
-    `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: metres for
+    `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: meters for
     one unit of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the
     notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.

@@ -11,9 +11,9 @@ import numpy as np
 from ...errors import MotionFileError
 from . import units
 
-#: Metres from the origin beyond which a sample is no measurement but a damaged number.
+#: Meters from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
-#: Metres that a subject may have, from a face to several people: beyond that its unit is in doubt.
+#: Meters that a subject may have, from a face to several people: beyond that its unit is in doubt.
 PLAUSIBLE = (0.1, 10.0)
 #: Letters of a label that are kept.
 LONGEST_LABEL = 120
@@ -134,7 +134,7 @@ class Recording:
         positions[missing] = np.nan
 
     def _metres(self, positions, chosen):
-        """Metres for one unit of the file."""
+        """Meters for one unit of the file."""
         if chosen is not None and not (np.isfinite(chosen) and chosen > 0.0):
             raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
         told = units.metres_in(self.unit)

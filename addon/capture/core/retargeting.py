@@ -19,7 +19,7 @@ MOST_TURNED = 60.0
 def retarget(markers, reference, character, rate, landmarks):
     """(f, m, 3) float64: where the markers would go on a character of other proportions.
 
-    Edges between neighbouring markers (of one segment of the body) turn as in the capture, by the rotation of their
+    Edges between neighboring markers (of one segment of the body) turn as in the capture, by the rotation of their
     segment and then the least one that makes their direction the captured one, and have the character's length, times
     what the capture itself stretches them by. The markers that fit these edges best (least squares, relative to their
     lengths) are one linear solve, the same for all frames: as-rigid-as-possible (Sorkine and Alexa 2007) with rotations
@@ -27,9 +27,9 @@ def retarget(markers, reference, character, rate, landmarks):
     The pelvis' path is scaled by the length of the legs, and feet that stand still in the capture stand still
     (foot_planting.py).
 
-    markers  (f, m, 3) metres, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
+    markers  (f, m, 3) meters, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
         move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
-        any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, metres,
+        any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, meters,
         Z up. rate  frames a second. landmarks  m names or None; markers without one are joined with their nearest
         ones, and without any the lowest ones are feet.
     Raises InvalidMotionError for less than three markers, and where the character looks another way.
@@ -95,7 +95,7 @@ def _fill(result, markers, reference, members, turns, least):
 
 
 def _solved(graph, turns, markers, reference, character):
-    """(f, m, 3): the markers that fit the character's edges best, each frame about its centre."""
+    """(f, m, 3): the markers that fit the character's edges best, each frame about its center."""
     first, second = graph.edges.T
     of_reference, of_character = reference[second] - reference[first], character[second] - character[first]
     rest_lengths = np.maximum(np.linalg.norm(of_reference, axis=1), 1e-9)

@@ -10,7 +10,7 @@ FEW = 200
 
 UP_AXES = ("X", "Y", "Z", "-X", "-Y", "-Z")
 
-#: Metres for one unit, by what files call it (lower case).
+#: Meters for one unit, by what files call it (lower case).
 METRES = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("dm", "decimeter", "decimeters", "decimetre", "decimetres"), 0.1),
@@ -43,7 +43,7 @@ _TURNS = {
 
 
 def metres_in(name: str) -> float | None:
-    """Metres for one unit of that name, None for one that is not known."""
+    """Meters for one unit of that name, None for one that is not known."""
     return METRES.get(name.strip().strip(".[]()").lower())
 
 
@@ -68,7 +68,7 @@ def median_extent(positions: np.ndarray) -> float:
 
 
 def guess_unit(extent: float) -> tuple[float, str]:
-    """Metres for one unit if something of `extent` units is a person, and words for that."""
+    """Meters for one unit if something of `extent` units is a person, and words for that."""
     for smallest, largest, metres, name in _SIZES_OF_PEOPLE:
         if smallest <= extent < largest:
             return metres, f"{name} are assumed, which makes the subject {extent * metres:.2f} m large"
@@ -76,14 +76,14 @@ def guess_unit(extent: float) -> tuple[float, str]:
 
 
 def length(metres: float) -> str:
-    """Metres as people say it: "1.4 cm", "1.75 m"."""
+    """Meters as people say it: "1.4 cm", "1.75 m"."""
     return f"{100.0 * metres:.2g} cm" if metres < 0.995 else f"{metres:.3g} m"
 
 
 def likely_up(positions: np.ndarray) -> str | None:
     """'Y' or 'Z' if just along one of them the markers, (f, m, 3) in metres, stand on a floor at 0; else None.
 
-    Feet stay near the floor in nearly every frame and heads far above it; sideways everything moves or is centred.
+    Feet stay near the floor in nearly every frame and heads far above it; sideways everything moves or is centered.
     """
     low, high = _lowest_and_highest(positions)
     if len(low) == 0:

@@ -135,7 +135,7 @@ def shown_move(obj, handle):
 
 
 def paint(control, handle):
-    """Gives a control its handle's colour. Blender keeps an object's linear; a handle's is the one that is shown."""
+    """Gives a control its handle's color. Blender keeps an object's linear; a handle's is the one that is shown."""
     control.color = (*Color(handle.color).from_srgb_to_scene_linear(), 1.0)
 
 

@@ -14,7 +14,7 @@ MOST_COLLAPSED = 0.02
 #: Of more points than these in one cell only the outermost are compared with those of others.
 CROWD = 8
 
-#: A direction that neither edges nor planes of modelled meshes are at right angles to: along it they do not pile up.
+#: A direction that neither edges nor planes of modeled meshes are at right angles to: along it they do not pile up.
 ALONG = np.array([0.5377, 0.3141, 0.7824])
 
 

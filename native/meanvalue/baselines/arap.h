@@ -17,7 +17,7 @@ struct ArapOptions {
 /// from smooth_start(), with one prefactored Laplacian. Cotangent weights, kept positive.
 /// @param energies where given, receives the sum, over stars with a free vertex, at the start and after each
 ///        iteration; it never rises.
-/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: two scalar factorisations and the iterations.
+/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: two scalar factorizations and the iterations.
 Positions arap(const Problem& problem, const ArapOptions& options, Execution& execution,
                std::vector<double>* energies = nullptr);
 

@@ -7,14 +7,14 @@ namespace meanvalue::baselines {
 
 struct LaplacianSurfaceEditingOptions {
     /// 1: the published linear method. More: after each solve the rest star of each vertex is turned by the rotation
-    /// that carries it best to the shape found, and its similarity is linearised anew about that, so that what is
-    /// left to linearise is small.
+    /// that carries it best to the shape found, and its similarity is linearized anew about that, so that what is
+    /// left to linearize is small.
     int rounds = 1;
 };
 
-/// Keeps Laplacian coordinates up to a linearised similarity of each ring that is part of the unknowns.
+/// Keeps Laplacian coordinates up to a linearized similarity of each ring that is part of the unknowns.
 /// Exact under translation and uniform scale of all anchors, to second order in the angle under rotation (one round).
-/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one 3n factorisation a round.
+/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one 3n factorization a round.
 Positions laplacian_surface_editing(const Problem& problem, const LaplacianSurfaceEditingOptions& options,
                                     Execution& execution);
 

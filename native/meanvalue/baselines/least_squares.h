@@ -19,7 +19,7 @@ void require_short_rings(const Setup& setup);
 
 /// Moves the free unknowns in `values` to the minimum of |rows * values - wanted|^2; what the rows leave open stays
 /// as near as can be to where it is.
-/// @param wanted one line a row; @param free columns of `rows`, ascending. @param cholesky analysed for these rows,
+/// @param wanted one line a row; @param free columns of `rows`, ascending. @param cholesky analyzed for these rows,
 /// or not at all: then it is done here. @param values one line an unknown, as many columns as `wanted`.
 /// @throws SolverFailure, Cancelled.
 void minimise_rows(const Rows& rows, const Eigen::MatrixXd& wanted, const std::vector<Index>& free,

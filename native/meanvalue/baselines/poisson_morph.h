@@ -11,7 +11,7 @@ namespace meanvalue::baselines {
 /// evenly, and Poisson's equation puts the triangles together (cotangent weights of the first shape). Turns are taken
 /// the shorter way round. The first vertex of each part is where the linear blend has it.
 /// @param first, second n x 3; @param share 0: the first, 1: the second.
-/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one factorisation.
+/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: one factorization.
 Positions poisson_morph(const PositionsView& first, const PositionsView& second, const TrianglesView& faces,
                         double share, Execution& execution);
 

@@ -34,7 +34,7 @@ struct Pyramid {
     std::vector<double> heights;  ///< weight times cotangent, or what stands in for it where an edge is steep
 };
 
-/// Normalised sum of the unit normals of the faces at `vertex`; zero where they cancel or have no area.
+/// Normalized sum of the unit normals of the faces at `vertex`; zero where they cancel or have no area.
 /// Of the unit normals: the sum of the area vectors would be that of the ring polygon wherever the ring is closed,
 /// and would not depend on the vertex.
 Vector3 face_normal(const RingView& ring, const PositionsView& positions, Index vertex) {

@@ -11,7 +11,7 @@ struct PyramidOptions {
 
 /// Puts each free vertex, again and again, where its mean-value weights and its heights over its ring say, in the
 /// plane across the mean normal of its incident faces. That normal depends on the vertex itself, so that the decoding
-/// is implicit; there is no objective, and anchors have no say but through their neighbours.
+/// is implicit; there is no objective, and anchors have no say but through their neighbors.
 ///
 /// A reconstruction from the abstract and from what the mean-value paper says of it, not the authors' program: the
 /// hierarchy of method "paper", decoded by splits, then damped Jacobi sweeps (share 0.7). More sweeps follow the

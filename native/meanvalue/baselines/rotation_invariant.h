@@ -12,7 +12,7 @@ namespace meanvalue::baselines {
 /// keeps its frame. That of an anchor is turned by the rotation that fits best to those of it and its ring that are
 /// anchors; where these are on one line, as with a single anchor, to the whole ring in smooth_start().
 /// Exact under rigid motion of all anchors.
-/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: two scalar factorisations.
+/// @return n x 3. @throws InvalidInput, SolverFailure, Cancelled. Cost: two scalar factorizations.
 Positions rotation_invariant(const Problem& problem, Execution& execution);
 
 }  // namespace meanvalue::baselines

@@ -39,7 +39,7 @@ struct DecodeReport {
     std::vector<double> energies = {
         0.0};                         ///< G over the rows that depend on free vertices: at the start, ..., at the end
     double initial_gradient = 0.0;    ///< norm of the energy's derivative at the start
-    double gradient = 0.0;            ///< and at the end, or where it was last linearised
+    double gradient = 0.0;            ///< and at the end, or where it was last linearized
     Eigen::MatrixXd example_weights;  ///< ExampleWeights, or empty
     int iterations = 0;
     int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last

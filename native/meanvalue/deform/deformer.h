@@ -46,7 +46,7 @@ struct Solution {
     double energy = 0.0;
     double initial_energy = 0.0;
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
-    double gradient = 0.0;          ///< and at the end, or where it was last linearised
+    double gradient = 0.0;          ///< and at the end, or where it was last linearized
     std::vector<double> energies;   ///< at the start and after each iteration
     /// n x (e + 1) for e examples: the weights of the rest shape and of each example at each vertex.
     std::vector<double> example_weights;

@@ -164,7 +164,7 @@ class Finder {
     /// The point of the faces at a vertex that is nearest to `point`; beyond the edges of a face, about.
     FacePoint point_near(const PointTree::Nearest& vertex, const Vector3& point) const {
         FacePoint best{{vertex.row, vertex.row, vertex.row}, Vector3::UnitX(), vertex.squared_distance};
-        for (Index j = offsets_[vertex.row]; j < offsets_[vertex.row + 1]; j += 2) {  // two neighbours from each face
+        for (Index j = offsets_[vertex.row]; j < offsets_[vertex.row + 1]; j += 2) {  // two neighbors from each face
             const std::array<Index, 3> corners{vertex.row, neighbours_[j], neighbours_[j + 1]};
             Matrix3 at;
             for (int c = 0; c < 3; ++c)

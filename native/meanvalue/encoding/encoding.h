@@ -15,7 +15,7 @@ enum GuardReason : std::uint8_t {
     kOnRingVertex = 2,     ///< projects onto a ring vertex: limit of equation 7
     kLargeWeights = 4,     ///< equation 7 amplified errors too much: least-norm weights instead
     kSteepEdge = 8,        ///< an edge is nearly parallel to the normal: normal offset by its own weights
-    kExtendedRing = 16,    ///< the neighbours span no plane: ring taken from farther vertices
+    kExtendedRing = 16,    ///< the neighbors span no plane: ring taken from farther vertices
     kNonManifold = 32,     ///< several fans of triangles meet here: the largest one is the ring
     kNotPredictable = 64,  ///< nothing around spans a plane, or no triangles at all: F_i(V) = v_i
 };

@@ -11,7 +11,7 @@ namespace {
 // The half-angle formula divides by 1 + cos(angle) down to here, and by sin(angle) below, where the first cancels.
 // Both 1 + cos and |sin| below it: the vertex is on the line between two ring vertices.
 constexpr double kStraightAngle = 1e-9;
-// A projected neighbour nearer than this share of the mean is on the vertex itself.
+// A projected neighbor nearer than this share of the mean is on the vertex itself.
 constexpr double kCoincident = 1e-6;
 // Sums of |w| are 1.0 to 1.1 on sane rings and up to 3.2 at the corners of open ones.
 constexpr double kLargestAmplification = 4.0;

@@ -24,7 +24,7 @@ struct ProjectedRing {
 /// @param weights receives m values. @return 0, or the limit that was taken: kOnRingEdge or kOnRingVertex.
 std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights);
 
-/// Whether the weights are finite and amplify an error of the neighbours at most kLargestAmplification times.
+/// Whether the weights are finite and amplify an error of the neighbors at most kLargestAmplification times.
 bool weights_are_tame(const std::vector<double>& weights);
 
 /// The smallest weights (in the least-squares sense, about 1/m) with sum 1 that reproduce v'_i exactly.

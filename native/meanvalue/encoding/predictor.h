@@ -14,7 +14,7 @@ namespace meanvalue {
 Vector3 predict(const EncodedRing& ring, const PositionsView& positions);
 
 /// F_i(V) and dF_i/dv_k for every ring vertex k, in closed form (docs/algorithm.md, "Derivative of F").
-/// Exact wherever F is differentiable; at a projected neighbour that coincides with the projected vertex,
+/// Exact wherever F is differentiable; at a projected neighbor that coincides with the projected vertex,
 /// a subgradient.
 /// @param blocks receives `ring.valence` 3 x 3 matrices.
 Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks);

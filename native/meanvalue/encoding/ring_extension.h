@@ -1,4 +1,4 @@
-// A wider ring for a vertex whose own neighbours define no plane.
+// A wider ring for a vertex whose own neighbors define no plane.
 #pragma once
 
 #include <vector>

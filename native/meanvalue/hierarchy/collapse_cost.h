@@ -17,7 +17,7 @@ struct Collapse {
 };
 
 /// The cost of merging a vertex into one of its ring, lower is better; docs/algorithm.md, "Collapse cost". The paper
-/// names its parts, volume preservation (Lindstrom and Turk) and minimal-angle maximisation, and gives no formula.
+/// names its parts, volume preservation (Lindstrom and Turk) and minimal-angle maximization, and gives no formula.
 ///
 /// Works on one vertex after another: what all of its collapses have in common is computed once. One instance for
 /// each thread.

@@ -8,7 +8,7 @@
 
 namespace meanvalue {
 
-/// The fixed vertices in connected parts: neighbours of one handle.
+/// The fixed vertices in connected parts: neighbors of one handle.
 struct FixedParts {
     std::vector<Index> part;       ///< n: number of the part; -1 for free vertices
     std::vector<char> is_extreme;  ///< n: is never removed

@@ -24,7 +24,7 @@ constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 ///
 /// The vertex at its turn is the one with the lowest Candidate of all that wait: those whose ring has changed since
 /// they could not be removed, or that have not been at their turn. A candidate depends on the vertex' ring and on
-/// whether it is fixed or soft, whether it can be removed on its ring and those of its neighbours. So where an
+/// whether it is fixed or soft, whether it can be removed on its ring and those of its neighbors. So where an
 /// earlier coarsening is followed, a vertex does what it did then, at the same candidate, until its ring is another
 /// one than then: from there on it deviates, and what it costs is computed. Two orders are merged: that of the log,
 /// and that of the queue of what deviates.
@@ -101,7 +101,7 @@ class Coarsening {
     };
 
     /// The candidate of the next turn in the log whose vertex has not deviated. Where the vertex of a turn has, and
-    /// was removed then but not now, its neighbours deviate from there on; at the end of the log all do.
+    /// was removed then but not now, its neighbors deviate from there on; at the end of the log all do.
     Candidate next_logged() {
         if (earlier_ == nullptr) return kLastCandidate;
         for (; turn_ < earlier_->turns.size(); ++turn_) {
@@ -125,7 +125,7 @@ class Coarsening {
         if (!state.is_blocked && may_go(vertex) && find_cheapest(vertex, cost_)) enqueue(vertex);
     }
 
-    /// All neighbours of the vertex.
+    /// All neighbors of the vertex.
     void neighbours_deviate(Index vertex) {
         for (const Index neighbour : mesh_.ring(vertex))
             deviate(neighbour);

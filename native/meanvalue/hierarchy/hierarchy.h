@@ -22,12 +22,12 @@ struct CoarseningOptions {
     /// Go on until nothing can be removed, and keep that level too. Else the last of `level_sizes` is the end.
     bool down_to_base = true;
     /// Strictly the cheapest first. Else costs within 19 % count as equal, and those of them are taken in the order
-    /// of their numbers, which is faster on large meshes: neighbours are mostly near each other in memory too.
+    /// of their numbers, which is faster on large meshes: neighbors are mostly near each other in memory too.
     bool exact_order = true;
-    /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbours
+    /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbors
     /// of the same handle, of which each connected part keeps its extreme points.
     bool thin_out_fixed = false;
-    /// n, or empty: which handle a fixed or soft vertex belongs to; ignored for others. Without it such neighbours
+    /// n, or empty: which handle a fixed or soft vertex belongs to; ignored for others. Without it such neighbors
     /// are of one handle.
     std::vector<Index> handles;
     /// n flags, or empty: free vertices with springs. They are thinned out in the same way, apart from the fixed

@@ -38,7 +38,7 @@ class CostClasses {
 };
 
 /// A place in the queue: first by class, then by vertex number. So the order is the same everywhere, and vertices of
-/// a class are mostly visited in an order in which neighbours, and what is known of them, are near each other in
+/// a class are mostly visited in an order in which neighbors, and what is known of them, are near each other in
 /// memory.
 using Candidate = std::uint64_t;
 

@@ -112,7 +112,7 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
         deepest = std::max(deepest, depth + 1);
     }
     execution.check();
-    // In a batch by ascending vertex number: neighbours in the caller's order are mostly neighbours in space.
+    // In a batch by ascending vertex number: neighbors in the caller's order are mostly neighbors in space.
     std::vector<std::pair<Index, Index>> by_depth;  // and vertex
     std::vector<Index> number(depth_.size());       // of a vertex in `taken_`
     for (Index k = 0; k < count; ++k) {

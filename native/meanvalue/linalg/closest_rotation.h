@@ -5,7 +5,7 @@
 
 namespace meanvalue {
 
-/// The rotation R that maximises trace(R^T M), as fit_rotation() gives it, several times as fast: the largest
+/// The rotation R that maximizes trace(R^T M), as fit_rotation() gives it, several times as fast: the largest
 /// eigenvalue of the 4 x 4 quaternion matrix by Newton's method, its eigenvector by cofactors (Horn 1987; Theobald
 /// 2005). Where that is ill-conditioned (rank one, or nearly a reflection of a flat star), by fit_rotation().
 /// The identity for the zero matrix, and where an entry is not a finite number.

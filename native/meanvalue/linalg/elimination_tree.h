@@ -13,7 +13,7 @@ namespace meanvalue {
 struct EliminationTree {
     std::vector<Index> vertex;   // that is k-th
     std::vector<Index> place;    // of each vertex: the inverse
-    std::vector<Index> parents;  // of the k-th: the place of the first neighbour in the filled graph after it, or -1
+    std::vector<Index> parents;  // of the k-th: the place of the first neighbor in the filled graph after it, or -1
     std::vector<Index> counts;   // of the k-th: entries of its column, the diagonal too
 };
 

@@ -21,8 +21,8 @@ struct Similarity {
 struct Correlation {
     Vector3 from_centre = Vector3::Zero();
     Vector3 to_centre = Vector3::Zero();
-    Matrix3 covariance = Matrix3::Zero();  ///< sum of to * from^T, both from their centres
-    double from_spread = 0.0;              ///< sum of squared distances from the centre
+    Matrix3 covariance = Matrix3::Zero();  ///< sum of to * from^T, both from their centers
+    double from_spread = 0.0;              ///< sum of squared distances from the center
     double to_spread = 0.0;
 };
 
@@ -31,7 +31,7 @@ struct Correlation {
 Correlation correlate(const PositionsView& from, const PositionsView& to, const Index* points, std::size_t count,
                       const std::vector<double>& weights = {});
 
-/// The rotation R that maximises trace(R^T covariance); the smallest one where directions are missing.
+/// The rotation R that maximizes trace(R^T covariance); the smallest one where directions are missing.
 /// @param covariance sum of to * from^T.
 Matrix3 fit_rotation(const Matrix3& covariance);
 

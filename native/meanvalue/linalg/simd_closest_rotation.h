@@ -38,7 +38,7 @@ struct QuaternionLanes {
     }
 };
 
-/// The rotations that maximise trace(R^T M), from the largest eigenvector q of Horn's matrix (1987), a quaternion.
+/// The rotations that maximize trace(R^T M), from the largest eigenvector q of Horn's matrix (1987), a quaternion.
 /// The cofactors of K - x I, K that matrix and x its largest eigenvalue, are a multiple of q q^T, and the entries of
 /// R are linear in those of q q^T: no column need be chosen. Where the multiple, the product of the gaps between the
 /// eigenvalues, is small, digits are lost, and singular values are found instead.

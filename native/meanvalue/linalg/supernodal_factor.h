@@ -61,7 +61,7 @@ class CholeskyFactor {
     Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides, const Execution& execution) const;
 
     Index size() const { return analysis_ == nullptr ? 0 : analysis_->pattern.size(); }
-    /// What it keeps, without what the analysis keeps for factorising again.
+    /// What it keeps, without what the analysis keeps for factorizing again.
     std::size_t bytes() const;
     /// @pre analysed().
     const SupernodalPattern& pattern() const { return analysis_->pattern; }

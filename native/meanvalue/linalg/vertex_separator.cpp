@@ -8,7 +8,7 @@ namespace {
 /// As many paths from left to right as there can be without a common vertex.
 ///
 /// In the flow network each vertex is two nodes, its entry and its exit, with an arc of capacity 1 from the one to
-/// the other; arcs from exits to the entries of neighbours are not limited. What is said of arcs is of the residual
+/// the other; arcs from exits to the entries of neighbors are not limited. What is said of arcs is of the residual
 /// network, in which arcs with flow lead back.
 class DisjointPaths {
   public:
@@ -111,7 +111,7 @@ class DisjointPaths {
     Index left_end_;
     Index right_begin_;
     WorkMeter work_;
-    std::vector<Index> starts_;     // vertices on the left with neighbours elsewhere
+    std::vector<Index> starts_;     // vertices on the left with neighbors elsewhere
     std::vector<Index> next_;       // on the path through a vertex, or -1
     std::vector<Index> previous_;   // the same backwards
     std::vector<char> is_reached_;  // each node, in this round

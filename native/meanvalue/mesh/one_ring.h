@@ -8,7 +8,7 @@
 
 namespace meanvalue {
 
-/// Where the neighbours of a vertex come from; OneRings::kinds.
+/// Where the neighbors of a vertex come from; OneRings::kinds.
 enum class RingKind : std::uint8_t {
     kClosed,       ///< the triangles go all the way round
     kOpen,         ///< on a boundary; the ring is closed by the chord from its last to its first vertex

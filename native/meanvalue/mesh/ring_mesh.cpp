@@ -18,7 +18,7 @@ RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
 }
 
 Index RingMesh::valence_after(const RingView& from, Index to) const {
-    // `to` gains the ring of `from` but for itself and the neighbours they share, and loses `from`.
+    // `to` gains the ring of `from` but for itself and the neighbors they share, and loses `from`.
     const Index shared = from.closed ? 2 : 1;
     return heads_[to].valence - 1 + from.valence - 1 - shared;
 }
@@ -36,7 +36,7 @@ bool RingMesh::can_collapse(Index from, Index to) const {
     // Below that, two triangles back to back would be left of a tetrahedron.
     if (valence < (target.closed ? 3 : 2)) return false;
     if (valence > std::max(kLongestRing, target.valence)) return false;
-    // The link condition: no common neighbours but those next to the edge.
+    // The link condition: no common neighbors but those next to the edge.
     const Index next = place + 1 < ring.valence ? place + 1 : ring.closed ? 0 : -1;
     const Index last = place > 0 ? place - 1 : ring.closed ? ring.valence - 1 : -1;
     for (Index k = 0; k < ring.valence; ++k) {
@@ -50,7 +50,7 @@ void RingMesh::collapse(Index from, Index to) {
     const RingView ring = this->ring(from);
     const Index valence = ring.valence;
     const Index place = static_cast<Index>(std::find(ring.begin(), ring.end(), to) - ring.begin());
-    // The ring of `from` from `to` on, without `to` and the neighbours shared: what `to` gains, in its order.
+    // The ring of `from` from `to` on, without `to` and the neighbors shared: what `to` gains, in its order.
     Index first = place + 2;
     Index count = valence - 3;
     if (!ring.closed) {

@@ -11,14 +11,14 @@ namespace meanvalue {
 
 /// A run of triangles around a vertex that hang together by their edges.
 struct Fan {
-    std::vector<Index> ring;  ///< neighbours, counter-clockwise seen from outside
+    std::vector<Index> ring;  ///< neighbors, counter-clockwise seen from outside
     bool closed = false;      ///< the triangles go all the way round
 };
 
 /// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice.
 void require_triangles(Index vertex_count, const TrianglesView& faces);
 
-/// Which vertices are neighbours, and in which order. Positions are not part of it.
+/// Which vertices are neighbors, and in which order. Positions are not part of it.
 ///
 /// Any set of triangles is accepted. Where a triangle does not fit a manifold (a third one on an edge, one
 /// turned inside out, a duplicate), it is kept as a loose piece of its own, so that its corners have further

@@ -11,7 +11,7 @@
 
 namespace meanvalue {
 
-/// Minimises, with e_ik = v_i - v_k of the result and t_ik = R_i times that of the cells, over all triangles (i, j,
+/// Minimizes, with e_ik = v_i - v_k of the result and t_ik = R_i times that of the cells, over all triangles (i, j,
 /// k) seen from each of their corners
 ///     sum_i sum_(j,k) s_ik |e_ik - t_ik|^2 + c_jk |(e_ij - t_ij) - (e_ik - t_ik)|^2,
 /// with cotangent weights of some average of the shapes, whose matrix is factored once.

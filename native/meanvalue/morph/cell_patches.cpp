@@ -9,7 +9,7 @@ namespace {
 
 // Enough for every finger. Finer ones follow strains, which tilt the axes of relative rotations.
 constexpr Index kPatches = 600;
-// Shares of patches go over into each other by averaging with neighbours, so many times per cell across a patch.
+// Shares of patches go over into each other by averaging with neighbors, so many times per cell across a patch.
 constexpr double kSpreads = 1.5;
 constexpr double kLeastShare = 1e-2;
 

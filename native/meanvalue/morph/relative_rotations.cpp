@@ -35,7 +35,7 @@ RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<V
     connect(execution);
 }
 
-/// The mean rotations of patches, and those between neighbours.
+/// The mean rotations of patches, and those between neighbors.
 void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Matrix3> sums(patch_count_ * count, Matrix3::Zero());
@@ -81,7 +81,7 @@ void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vecto
     });
 }
 
-/// From patch to patch over the neighbours that are rotated the most alike, beginning at the least rotated one.
+/// From patch to patch over the neighbors that are rotated the most alike, beginning at the least rotated one.
 void RelativeRotations::connect(const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const auto largest = [count](const Vector3* vectors) {
@@ -120,7 +120,7 @@ void RelativeRotations::connect(const Execution& execution) {
     }
 }
 
-/// The rotations that have all rotations between neighbours of the tree, each part of the mesh rotated as a whole to
+/// The rotations that have all rotations between neighbors of the tree, each part of the mesh rotated as a whole to
 /// how its patches are in space. From there to the best is not far, however far limbs are bent.
 std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
                                                   const std::vector<Quaternion>& in_space) const {

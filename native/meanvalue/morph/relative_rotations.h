@@ -1,4 +1,4 @@
-// Averages of the rotations of patches against their neighbours.
+// Averages of the rotations of patches against their neighbors.
 #pragma once
 
 #include <vector>
@@ -14,9 +14,9 @@ namespace meanvalue {
 
 /// Averages of rotation vectors rotate every cell about an axis of its own in space: a forearm does not bend about
 /// the elbow then, but about what is between the axes of elbow and shoulder. Averages of the rotations of each patch
-/// against its neighbours do. Each cell is rotated against the patches around it, which go smoothly over into each
+/// against its neighbors do. Each cell is rotated against the patches around it, which go smoothly over into each
 /// other. Such rotations are small, so that none of them is ambiguous, however far a limb is bent in all. In between,
-/// the rotations of all patches are found that agree best with the average rotations between neighbours (least
+/// the rotations of all patches are found that agree best with the average rotations between neighbors (least
 /// squares, by Gauss and Newton), and the cells' own rotations are averaged on top. docs/algorithm.md, "Blending".
 class RelativeRotations {
   public:

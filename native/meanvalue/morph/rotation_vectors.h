@@ -21,7 +21,7 @@ Quaternion quaternion_of(const Matrix3& rotation);
 Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector3::Zero());
 Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
 
-/// From the frame of a cell to one half-way to a neighbour's. Beyond 90 degrees between them it goes back to the
+/// From the frame of a cell to one half-way to a neighbor's. Beyond 90 degrees between them it goes back to the
 /// cell's own, so that it is smooth also where half-way is ambiguous.
 Quaternion half_way(const Quaternion& own, const Quaternion& other);
 

@@ -33,7 +33,7 @@ std::vector<char> flag_parts(const ShapeWeights& weights, const std::optional<st
     return is_part;
 }
 
-/// About their centres, at their common size.
+/// About their centers, at their common size.
 ShapeOverlay stack(const std::vector<PositionsView>& shapes, const LocalCells& cells,
                    const std::vector<double>& weights) {
     ShapeOverlay result;

@@ -12,7 +12,7 @@
 
 namespace meanvalue {
 
-/// Shapes that the whole is a mix of are put about their centres, at their common size; shapes that enter in part
+/// Shapes that the whole is a mix of are put about their centers, at their common size; shapes that enter in part
 /// (grafts) by what fits best where they enter.
 struct ShapeOverlay {
     std::vector<Similarity> places;    ///< of each shape

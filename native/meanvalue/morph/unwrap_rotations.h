@@ -9,7 +9,7 @@
 namespace meanvalue {
 
 /// The vectors of all rotations, on branches that are followed over the mesh: from the cell that is rotated
-/// least on, each from the neighbour that is rotated the most alike. The order of shapes does not matter.
+/// least on, each from the neighbor that is rotated the most alike. The order of shapes does not matter.
 /// @param layout the rings, n. @param rotations n x k. @return n x k. @throws Cancelled. Cost: O(n k log n).
 std::vector<Vector3> unwrap_rotations(const Encoding& layout, const std::vector<Matrix3>& rotations,
                                       Index shape_count, const Execution& execution);

@@ -13,7 +13,7 @@ namespace meanvalue {
 
 /// Assembles the gradient J = (I - dF)^T (V - F) and the Gauss-Newton matrix H = (I - dF)^T (I - dF) over the
 /// free vertices. The pattern is found once; block column k belongs to unknowns.free[k]. Nothing here is written to
-/// after that: what a linearisation fills is a Workspace, one for each solve that runs.
+/// after that: what a linearization fills is a Workspace, one for each solve that runs.
 class GaussNewtonSystem {
   public:
     struct Workspace {

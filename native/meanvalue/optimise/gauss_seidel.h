@@ -10,11 +10,11 @@
 
 namespace meanvalue {
 
-/// Visits the free vertices one by one and moves each to where equation 16, linearised in it alone, is zero:
+/// Visits the free vertices one by one and moves each to where equation 16, linearized in it alone, is zero:
 /// v_i -= D_i^-1 dG/dv_i, D_i = sum_j B_ji^T B_ji over the rows j that contain v_i.
 ///
 /// The print's own form, v_i = F_i + ..., is this one with D_i = I; it diverges where D_i has an eigenvalue above 2,
-/// which noisy meshes have. Vertices are visited colour by colour, no two of a colour in one row, so that a colour
+/// which noisy meshes have. Vertices are visited color by color, no two of a color in one row, so that a color
 /// may be split over threads and the result does not depend on how.
 class GaussSeidel {
   public:

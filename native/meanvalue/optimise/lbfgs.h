@@ -19,7 +19,7 @@ struct LbfgsOptions {
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
     /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
     double energy_tolerance = 0.0;
-    /// The iterations before the energy tolerance counts; after twice as many, a larger one does, and the minimiser
+    /// The iterations before the energy tolerance counts; after twice as many, a larger one does, and the minimizer
     /// leaves off.
     int patience = 0;
     int max_iterations = 100;
@@ -42,7 +42,7 @@ struct LbfgsReport {
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };
 
-/// The minimiser of one set of free vertices; keeps the memory that it needs: one for each solve that runs.
+/// The minimizer of one set of free vertices; keeps the memory that it needs: one for each solve that runs.
 ///
 /// Each step is -H g, H being the inverse of the initial Hessian updated by the last few steps (LbfgsHistory), and is
 /// halved until the energy falls. Deterministic for any number of threads.

@@ -9,7 +9,7 @@
 
 namespace meanvalue {
 
-/// The last steps of a minimiser and what each changed of the gradient, as pairs. H, the inverse of the
+/// The last steps of a minimizer and what each changed of the gradient, as pairs. H, the inverse of the
 /// initial Hessian updated by them, is applied by the two loops of Nocedal (1980). Pairs are kept in single
 /// precision: they are most of what an iteration reads. Deterministic for any number of threads.
 class LbfgsHistory {

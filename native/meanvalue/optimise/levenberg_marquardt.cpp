@@ -14,7 +14,7 @@ namespace {
 // far below the smallest eigenvalue of a determined system (about 1e-9 at 50,000 free vertices) and slows nothing.
 constexpr double kLeastDiagonal = 1e-12;
 // Damping multiplies the smoothness metric (I - W)^T (I - W), not I: what spoils Gauss-Newton steps here are rings
-// that fold where neighbours move apart, and the metric forbids just that (docs/decisions/0003-damping.md).
+// that fold where neighbors move apart, and the metric forbids just that (docs/decisions/0003-damping.md).
 constexpr double kFirstDamping = 0.1;
 constexpr double kLeastDamping = 1e-4;  // below it, none
 constexpr double kMostDamping = 1e6;
@@ -25,7 +25,7 @@ constexpr double kPoorGain = 0.25;
 constexpr double kGoodGain = 0.6;
 // A step must lower the energy by this share of what its slope promises (Armijo).
 constexpr double kSufficientDecrease = 1e-4;
-// Halving costs one energy, more damping a factorisation; but a step that must be shorter than this points wrong.
+// Halving costs one energy, more damping a factorization; but a step that must be shorter than this points wrong.
 constexpr int kMostHalvings = 3;
 // Slow steps on end that tell a flat valley from a step that was merely bad.
 constexpr int kSettledSteps = 3;

@@ -1,4 +1,4 @@
-// Minimises equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
+// Minimizes equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
 #pragma once
 
 #include <string>
@@ -38,7 +38,7 @@ struct MinimiseReport {
     StopReason stop_reason = StopReason::kNothingToSolve;
     std::vector<double> energies;   ///< G at the start and after each iteration; never rises
     double initial_gradient = 0.0;  ///< |J| at the start, all components
-    double gradient = 0.0;          ///< |J| where the last linearisation was made
+    double gradient = 0.0;          ///< |J| where the last linearization was made
     Timings timings;
 
     double promised_share = 0.0;  ///< of the energy: what the linear model still promised to the last step
@@ -56,7 +56,7 @@ struct MinimiseReport {
 };
 
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
-/// @param workspace of the system. @param cholesky analysed for its pattern; analysed here where it is not.
+/// @param workspace of the system. @param cholesky analyzed for its pattern; analyzed here where it is not.
 /// @param positions n x 3, finite. Left in any state on an exception.
 /// @throws Cancelled, SolverFailure.
 MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,

@@ -128,7 +128,7 @@ void judge_outliers(const std::vector<double>& squares, double least, FrameEstim
     }
 }
 
-/// Noise and prior variances that explain the values best (an expectation-maximisation step).
+/// Noise and prior variances that explain the values best (an expectation-maximization step).
 /// @param covariance the diagonal of the inverse of the system over the noise.
 void estimate_variances(const SliderModel& model, const FrameTargets& frame, const std::vector<double>& squares,
                         const Eigen::VectorXd& covariance, FrameEstimate& estimate) {

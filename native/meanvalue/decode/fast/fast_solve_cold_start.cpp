@@ -26,7 +26,7 @@ constexpr int kRoundIterations = 60;
 
 }  // namespace
 
-/// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimised.
+/// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimized.
 void FastSolve::start_cold(Positions& positions) {
     {
         const StageTimer timer(timings_, "start");

@@ -5,7 +5,7 @@ namespace meanvalue {
 
 /// Moves the free vertices by what the initial Hessian answers to the moves of the fixed ones: the least energy of
 /// all displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
-/// instead, and minimising has to begin from a spike. @param previous where the fixed vertices were; in `positions`
+/// instead, and minimizing has to begin from a spike. @param previous where the fixed vertices were; in `positions`
 /// they are where they go, and free ones where they were.
 void FastSolve::respond(Level level, std::size_t stage, const Positions& previous, Positions& positions) {
     const FixedCoupling& coupling = level.bound.stages[stage].coupling;
