@@ -56,7 +56,7 @@ void bind_linear(py::module_& module) {
         baselines::laplacian);
     bind_baseline<int>(
         module, "laplacian_surface_editing",
-        "Laplacian surface editing (Sorkine et al. 2004): Laplacian coordinates up to linearised similarities.\n\n"
+        "Laplacian surface editing (Sorkine et al. 2004): Laplacian coordinates up to linearized similarities.\n\n"
         "rounds: 1 for the published linear method; more turn the coordinates by the best rotation of their\n"
         "ring after each solve and fit the similarities anew.\n",
         [](const baselines::Problem& problem, Execution& execution, int rounds) {

@@ -82,7 +82,7 @@ void bind_reports(py::module_& module) {
                       "float: norm of the derivative of `energy` by the free vertices, at the start.")
         .def_readonly(
             "gradient", &Solution::gradient,
-            "float: the same at the end; method 'full': where it last linearised, 'paper': of its coarse level.")
+            "float: the same at the end; method 'full': where it last linearized, 'paper': of its coarse level.")
         .def_property_readonly(
             "example_weights",
             [](const Solution& solution) -> py::object {

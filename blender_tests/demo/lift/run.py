@@ -18,7 +18,7 @@ STEPS = 13
 SECONDS = 0.08
 WIDTH, HEIGHT = 480, 320
 #: Pictures of the extension's listing, in the sizes that Blender's platform asks for.
-LISTING = {"listing_icon": (256, 256), "listing_featured": (1920, 1080)}
+FEATURED, ICON = (1920, 1080), (256, 256)
 
 
 def options(argv):
@@ -56,13 +56,16 @@ def draw_listing(subject, places, words):
     """Lines of the report; renders the mesh at the last of the places."""
     pose.result_key(subject.obj).data.foreach_set("co", places[-1].astype(np.float32).ravel())
     photograph.show_pose(subject.obj, 1.0)
-    for name, (width, height) in LISTING.items():
-        picture = stage.Picture(width, height, words.samples, words.engine)
-        stage.set_stage(places[-1], picture, subject.view.azimuth_deg, subject.view.elevation_deg)
-        path = words.output / f"{name}.png"
-        stage.render(path)
-        pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
-    return [f"picture:       {name}.png" for name in LISTING]
+    picture = stage.Picture(*FEATURED, words.samples, words.engine)
+    stage.set_stage(places[-1], picture, subject.view.azimuth_deg, subject.view.elevation_deg)
+    path = words.output / "listing_featured.png"
+    stage.render(path)
+    pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
+    # Of the icon the middle, as high as the picture.
+    left, height = (FEATURED[0] - FEATURED[1]) // 2, FEATURED[1]
+    icon = Image.open(path).crop((left, 0, left + height, height)).resize(ICON)
+    icon.save(words.output / "listing_icon.png")
+    return [f"pictures:      {path.name}, listing_icon.png"]
 
 
 def save_animated(path, frames):
