@@ -9,7 +9,7 @@ from ..scene import subject
 from ..scene.baked import TO_CACHE
 from ..scene.core import whole_files
 from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
-from .bridge import preparing, sampling
+from .bridge import preparing
 from .operators.bake import MEANVALUE_OT_bake
 from .operators.unbake import MEANVALUE_OT_unbake
 
@@ -62,7 +62,7 @@ def draw_top(layout, context, obj):
 def _draw_size(layout, context, obj, settings):
     """How much there is to do, or why it cannot be done."""
     try:
-        times = sampling.times_of(context.scene, obj, settings)
+        times = preparing.times_of(context.scene, obj, settings)
     except SceneError as error:
         draw_wrapped(layout, context, wording.sentence(str(error)), icon='ERROR')
         return

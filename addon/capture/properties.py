@@ -22,14 +22,6 @@ def _take_chosen(capture, _context):
     marker_pairs.begin_with_take(capture)
 
 
-def _marker_chosen(capture, _context):
-    marker_pairs.select_active(capture.id_data)
-
-
-def _problem_chosen(take, _context):
-    takes.go_to_problem(take.id_data)
-
-
 def _is_take(_capture, collection):
     return takes.is_take(collection)
 
@@ -58,7 +50,9 @@ class MEANVALUE_PG_take(bpy.types.PropertyGroup):
     fullest_frame: FloatProperty(description="First frame of the scene in which the most markers are seen")
     missing_share: FloatProperty(description="Share of samples in which a marker was not seen")
     problems: CollectionProperty(type=MEANVALUE_PG_marker_problem)
-    active_problem: IntProperty(name="Active Problem", default=-1, min=-1, update=_problem_chosen)
+    active_problem: IntProperty(
+        name="Active Problem", default=-1, min=-1, update=lambda take, _context: takes.go_to_problem(take.id_data)
+    )
     is_searched: BoolProperty(description="Problems were looked for")
 
 
@@ -185,7 +179,9 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         default='AS_CAPTURED',
     )
     pairs: CollectionProperty(type=MEANVALUE_PG_marker_pair)
-    active_pair: IntProperty(name="Active Marker", min=0, update=_marker_chosen)
+    active_pair: IntProperty(
+        name="Active Marker", min=0, update=lambda capture, _context: marker_pairs.select_active(capture.id_data)
+    )
     controls: PointerProperty(type=bpy.types.Collection, options={'HIDDEN'})  # where Match Markers puts its own
     show_pairs: BoolProperty(
         name="Lines", description="Show a line from each marker to its point on the mesh", default=True

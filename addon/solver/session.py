@@ -52,17 +52,15 @@ class DeformerCache:
         """family: what entries have in common that may be made from each other."""
         self.discard(key)
         self._entries[key] = (entry, byte_count, family)
-        while len(self._entries) > 1 and (len(self._entries) > self._capacity or self._total() > self._byte_limit):
-            self.discard(next(iter(self._entries)))
+        total = sum(byte_count for _, byte_count, _ in self._entries.values())
+        while len(self._entries) > 1 and (len(self._entries) > self._capacity or total > self._byte_limit):
+            total -= self._entries.pop(next(iter(self._entries)))[1]
 
     def discard(self, key):
         self._entries.pop(key, None)
 
     def clear(self):
         self._entries.clear()
-
-    def _total(self):
-        return sum(byte_count for _, byte_count, _ in self._entries.values())
 
 
 #: Bindings by the keys of their fingerprints, and what rooms bind besides handles by their own.

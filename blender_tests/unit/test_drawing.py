@@ -167,7 +167,7 @@ def test_menus():
     every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
     assert len(every) <= 34
     # By the tool, with shape keys, for scripts.
-    elsewhere = {"MEANVALUE_OT_grab", "MEANVALUE_OT_morph", "MEANVALUE_OT_unbind"}
+    elsewhere = {"MEANVALUE_OT_grab", "MEANVALUE_OT_morph"}
     for name in every - elsewhere:
         assert f"operator {getattr(bpy.types, name).bl_idname} " in "".join(told.values()), name
     assert all(text.count("\n") < 12 for text in told.values())

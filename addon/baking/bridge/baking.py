@@ -13,7 +13,7 @@ from ...scene.baked import TO_KEYS
 from ...wording import counted
 from ..core import key_reduction, point_cache
 from ..core.chunk_store import ChunkStore
-from . import handle_source, preparing, sampling
+from . import handle_source, preparing
 from .clips import BakePlan, RowClip
 
 
@@ -31,7 +31,7 @@ class Baking:
         self.options = options
         self.to_keys = options.target == TO_KEYS
         self.scene_name = scene.name
-        self.times = sampling.times_of(scene, obj, options)
+        self.times = preparing.times_of(scene, obj, options)
         self.shown_path, self.path = preparing.paths(obj, options)
         preparing.require_fit(obj, self.times, options, self.path)
         self.notes = ()  # on what was sampled, sentences

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether what an artist has chosen for a bake fits the object, and where it goes."""
+"""Which frames an artist has chosen to bake, whether that fits the object, and where it goes."""
 
 import os
 import pathlib
@@ -9,11 +9,12 @@ import bpy
 from ... import wording
 from ...errors import SceneError
 from ...ids import CACHE_FOLDER
+from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.file_names import file_name, windows_problem
-from ..core import point_cache
-from . import playing
+from ..core import bake_times, point_cache
+from . import handle_source, playing
 
 #: What is larger asks first.
 LARGE_BYTES = 1_000_000_000
@@ -21,6 +22,16 @@ MANY_KEYS = 500
 
 #: Memory of a shape key, for each vertex: positions, and the copy that Blender evaluates.
 KEY_BYTES_PER_VERTEX = 24
+
+
+def times_of(scene, obj, options):
+    """f float64: the frames to sample. @throws SceneError."""
+    first, last = options.frame_start, options.frame_end
+    if options.frame_range == 'SCENE':
+        first, last = scene.frame_start, scene.frame_end
+    elif options.frame_range == 'ANIMATION':
+        first, last = frames.moved_range(scene, (bakeable.of(obj) or handle_source).animated(obj))
+    return bake_times.sample_times(first, last, options.step, options.samples)
 
 
 def require_fit(obj, times, options, path):

@@ -12,7 +12,7 @@ from ...scene import bakeable, subject
 from ...scene.core import sample_times, whole_files
 from ...widgets.background import BackgroundOperator
 from .. import properties
-from ..bridge import playing, preparing, sampling
+from ..bridge import playing, preparing
 from ..bridge.baking import Baking
 from ..core import bake_times
 
@@ -45,7 +45,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         obj = subject.of(context)
         options = self._options(obj)
         try:
-            times, path = sampling.times_of(context.scene, obj, options), preparing.paths(obj, options)[1]
+            times, path = preparing.times_of(context.scene, obj, options), preparing.paths(obj, options)[1]
             doubts = preparing.doubts(obj, times, options, path)
         except MeanValueError as error:
             return self.refuse(error)

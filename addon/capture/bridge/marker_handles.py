@@ -88,7 +88,9 @@ def drop(obj, pair):
     index = marker_pairs.handle_index(obj, pair)
     if index is not None:
         controls.remove_handle(obj, index)
-    _remove_if_empty(obj)
+    collection = obj.meanvalue.capture.controls
+    if collection is not None and not collection.objects and not collection.children:
+        bpy.data.collections.remove(collection)
 
 
 def _make_soft_handle(obj, name, color, strength):
@@ -163,9 +165,3 @@ def _collection(obj):
     if not any(capture.controls in scene.collection.children_recursive for scene in bpy.data.scenes):
         parent.children.link(capture.controls)
     return capture.controls
-
-
-def _remove_if_empty(obj):
-    collection = obj.meanvalue.capture.controls
-    if collection is not None and not collection.objects and not collection.children:
-        bpy.data.collections.remove(collection)

@@ -198,7 +198,7 @@ def _make_empty(label, size, collection):
 def _animate(empty, positions, measured, frames):
     """positions (f, 3), measured (f,) bool."""
     actions.write_vector(empty, "location", frames[measured], positions[measured])
-    keyed, values = sample_times.presence_keys(measured, frames)
+    keyed, values = sample_times.changing_keys(measured.astype(np.float64), frames)
     actions.write_curve(empty, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
     if measured.any():
         empty.location = positions[int(measured.argmax())]

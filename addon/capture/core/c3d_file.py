@@ -74,9 +74,6 @@ class _Layout:
     def words(self):
         return 4 * self.points + self.analog
 
-    def frames_that_fit(self, size):
-        return max(0, size - self.start) // (self.words * (4 if self.is_float else 2))
-
     def left_over(self, size):
         return size - self.start - self.frames * self.words * (4 if self.is_float else 2)
 
@@ -120,7 +117,7 @@ def _find_layout(header, parameters, size, file):
     fitting = [layout for layout in candidates if layout.left_over(size) >= 0]
     exact = [layout for layout in fitting if layout.left_over(size) < BLOCK]
     layout = (exact or fitting or candidates)[0]
-    present = layout.frames_that_fit(size)
+    present = max(0, size - layout.start) // (layout.words * (4 if layout.is_float else 2))
     if present == 0:
         raise MotionFileError(
             f"{file}: it should have {layout.frames} frames of {layout.points} points from byte {layout.start} on, and "

@@ -87,11 +87,6 @@ class BindInput:
         return np.flatnonzero(~self.roi & ~goes_along[self.solver_mesh.places])
 
     @cached_property
-    def fixed_rest(self):
-        """Rest positions of the fixed vertices, float32."""
-        return self.rest[self.fixed]
-
-    @cached_property
     def hard_vertices(self):
         """Vertex indices of the hard anchors."""
         return self.anchors[self.hard_anchors]

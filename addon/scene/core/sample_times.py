@@ -15,17 +15,6 @@ def runs(flags):
     return edges.reshape(-1, 2)
 
 
-def presence_keys(present, frames):
-    """(frames, values) of the keys, held to the next, of a number that is 1 where `present` (n bool), 0 elsewhere.
-
-    No keys if it is always 1.
-    """
-    if present.all():
-        return frames[:0], np.empty(0)
-    changes = np.concatenate([[0], np.flatnonzero(np.diff(present)) + 1])
-    return frames[changes], present[changes].astype(np.float64)
-
-
 def ramps(present, samples):
     """n float64: 0 where not `present` (n bool), 1 more than `samples` away from there, and in between growing by the
     same factor from sample to sample, 10^4 in all: of a spring it is the order of magnitude that is felt."""

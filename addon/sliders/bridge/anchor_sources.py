@@ -20,7 +20,7 @@ import bpy
 import numpy as np
 
 from ... import wording
-from ...baking.bridge import handle_source, sampling
+from ...baking.bridge import handle_source, preparing
 from ...capture.bridge import marker_matching, match_input
 from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
@@ -53,7 +53,7 @@ class HandleAnchors:
         self.names = [handles[number].name for number in self._drive.handles]
         self.anchors = self._drive.anchors
         self.offsets = np.zeros((len(self.anchors), 3))
-        self.frames = sampling.times_of(scene, obj, SimpleNamespace(**vars(options), step=1, samples=1))
+        self.frames = preparing.times_of(scene, obj, SimpleNamespace(**vars(options), step=1, samples=1))
         self.notes = list(handle_source.notes(obj))
 
     def sample(self, find):
