@@ -11,8 +11,8 @@ import math
 import time
 
 from .. import wording
-from ..errors import CancelledError, MeanValueError
-from ..scene import object_model, shape_keys
+from ..errors import CancelledError, MeanValueError, SceneError
+from ..scene import object_model, shape_keys, subject
 from ..solver.job import Job
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
@@ -32,6 +32,9 @@ QUIET_SECONDS = 0.25
 
 #: What takes longer is told of while it goes on.
 SLOW_SECONDS = 1.0
+
+#: Blender keeps a copy of its own of the mesh in these modes.
+BUSY_MODES = {'EDIT', 'SCULPT'}
 
 clock = time.monotonic
 
@@ -137,6 +140,12 @@ class Following:
             return ("Following...", False) if self.solve_seconds > SLOW_SECONDS else None
         notes = [wording.sentence(each) for each in self.notes()]
         return (" ".join(notes), False) if notes else None
+
+    def _require_ready(self, obj):
+        """@throws MeanValueError if nothing can follow now."""
+        if obj.mode in BUSY_MODES or obj.data.is_editmode:
+            mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
+            raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
 
     # What is known
 

@@ -5,6 +5,16 @@ import textwrap
 
 import bpy
 
+#: Told apart without looking alike to most eyes (Okabe and Ito 2008).
+COLORS = (
+    (0.90, 0.62, 0.00),
+    (0.34, 0.71, 0.91),
+    (0.00, 0.62, 0.45),
+    (0.94, 0.89, 0.26),
+    (0.84, 0.37, 0.00),
+    (0.80, 0.47, 0.65),
+)
+
 
 def draw_again(region_type=None):
     """All 3D Views, or their regions of one type."""

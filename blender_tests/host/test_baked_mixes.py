@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from addon.mixing.core import in_betweens, polynomials
-from addon.mixing.core.mix_input import MixInput, Slider
+from addon.mixing.core.mix_input import MixInput
+from addon.scene.core.key_shapes import Slider
 from addon.solver.core.steps import result_of
 from blender_tests.support import bent_limb
 
@@ -44,21 +45,22 @@ MIXES = {
 
 
 def mix_of(sliders):
-    masks = [np.ones(len(REST)) if mask is None else mask for _, mask, _, _ in sliders]
+    named = {f"Slider {k}": each for k, each in enumerate(sliders)}
+    rest = REST.astype(np.float32)
     return MixInput(
-        sliders=tuple(Slider(f"Slider {k}", low, high) for k, (_, _, low, high) in enumerate(sliders)),
-        rest=REST.astype(np.float32),
-        shapes=np.array([shape for shape, _, _, _ in sliders], np.float32),
-        masks=np.array(masks) if any(mask is not None for _, mask, _, _ in sliders) else None,
+        sliders=tuple(Slider(name, low, high, "Basis", name) for name, (_, _, low, high) in named.items()),
+        rest=rest,
+        points={"Basis": rest, **{name: shape.astype(np.float32) for name, (shape, _, _, _) in named.items()}},
+        masks={name: mask for name, (_, mask, _, _) in named.items() if mask is not None},
         triangles=TRIANGLES,
     )
 
 
 def corrections(mix):
     """What the mix lacks in straight lines, as the add-on asks the solver for it."""
-    shapes = np.concatenate([mix.rest[None], mix.shapes]).astype(np.float64)
+    shapes = np.array([mix.rest, *(mix.points[name] for name in mix.names)], np.float64)
     morpher = meanvalue.Morpher(shapes, mix.triangles)
-    return lambda values: morpher.solve(mix.weights(values), parts=mix.parts).vertices - mix.linear(values)
+    return lambda values: morpher.solve(mix.weights(values), parts=mix.parts).vertices - mix.mixed(values)
 
 
 def farthest(offset):

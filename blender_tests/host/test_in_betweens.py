@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from addon.mixing.core import grafting, in_betweens, polynomials
-from addon.mixing.core.mix_input import MixInput, Slider
+from addon.mixing.core.mix_input import MixInput
+from addon.scene.core.key_shapes import Slider
 from addon.solver.core.steps import result_of
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
@@ -113,25 +114,28 @@ def test_expressions_that_are_longer_than_blender_takes_do_not_fit():
         assert polynomials.fits(knots, orders) == (len(polynomials.expression(knots, orders)[0]) <= 255)
 
 
-def mix(masks=None):
+def mix(mask=None):
+    """mask: how much A counts at each vertex."""
     rest = np.zeros((3, 3), np.float32)
-    shapes = np.array([np.tile((1.0, 0.0, 0.0), (3, 1)), np.tile((0.0, 2.0, 0.0), (3, 1))], np.float32)
-    sliders = (Slider("A", 0.0, 1.0), Slider("B", 0.0, 1.0))
-    return MixInput(sliders, rest, shapes, masks, np.array([(0, 1, 2)], np.int32))
+    shapes = {"A": np.tile((1.0, 0.0, 0.0), (3, 1)), "B": np.tile((0.0, 2.0, 0.0), (3, 1))}
+    points = {"Basis": rest, **{name: shape.astype(np.float32) for name, shape in shapes.items()}}
+    sliders = (Slider("A", 0.0, 1.0, "Basis", "" if mask is None else "Mask"), Slider("B", 0.0, 1.0, "Basis"))
+    masks = {} if mask is None else {"Mask": mask}
+    return MixInput(sliders, rest, points, masks, triangles=np.array([(0, 1, 2)], np.int32))
 
 
 def test_weights_sum_to_one_and_the_linear_mix_is_blenders():
     weights = mix().weights([0.25, 0.5])
     np.testing.assert_array_equal(weights, [0.25, 0.25, 0.5])
-    np.testing.assert_allclose(mix().linear([0.25, 0.5]), np.tile((0.25, 1.0, 0.0), (3, 1)))
-    masks = np.array([(0.0, 0.5, 1.0), (1.0, 1.0, 1.0)])
-    np.testing.assert_allclose(mix(masks).weights([1.0, 0.5]).sum(axis=0), 1.0)
-    np.testing.assert_allclose(mix(masks).linear([1.0, 0.5])[:, 0], [0.0, 0.5, 1.0])
+    np.testing.assert_allclose(mix().mixed([0.25, 0.5]), np.tile((0.25, 1.0, 0.0), (3, 1)))
+    masked = mix(np.array([0.0, 0.5, 1.0]))
+    np.testing.assert_allclose(masked.weights([1.0, 0.5]).sum(axis=0), 1.0)
+    np.testing.assert_allclose(masked.mixed([1.0, 0.5])[:, 0], [0.0, 0.5, 1.0])
 
 
 def test_the_key_knows_the_shapes_and_the_revision_the_masks():
     assert mix().key == mix().key
-    masked = mix(np.ones((2, 3)))
+    masked = mix(np.ones(3))
     assert masked.key == mix().key and masked.revision != mix().revision
 
 

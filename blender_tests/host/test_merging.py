@@ -60,6 +60,16 @@ def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
     assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
 
 
+def test_what_is_near_in_another_shape_than_the_one_that_counts_stays_apart():
+    vertices, triangles = tube()
+    closed = vertices.copy()
+    closed[60] = closed[90]
+    bind_input = given(closed, triangles, np.arange(12), merge_distance=1e-3, merged_at=vertices.astype(np.float32))
+    assert len(bind_input.solver_mesh.rest) == len(vertices)
+    bind_input = given(vertices, triangles, np.arange(12), merge_distance=1e-3, merged_at=closed.astype(np.float32))
+    assert bind_input.solver_mesh.places[60] == bind_input.solver_mesh.places[90]
+
+
 def test_a_merge_distance_that_is_no_seam_is_refused():
     vertices, triangles = tube()
     with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is longer than edges"):

@@ -52,6 +52,15 @@ def test_nothing_is_foreseen_of_a_move_of_another_kind(body, told, shift):
     assert told.foreseen is None
 
 
+def test_answers_in_which_some_targets_count_less_tell_nothing_of_others(body, told):
+    told.note(body.moved(0.2, 0.1, 0.0), body.answer(body.rest), np.array([1.0, 1.0, 1.0, 0.2]))
+    assert not told.is_ready
+    for shift in ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)):
+        assert told.at(body.moved(0.2, 0.1, 0.0)) is None
+        told.note(body.moved(*shift), body.answer(body.moved(*shift)))
+    assert np.abs(told.at(body.moved(0.2, 0.0, 0.0)) - body.answer(body.moved(0.2, 0.0, 0.0))).max() < 1e-6
+
+
 def test_one_answer_foresees_nothing(body):
     found = Prediction(1.0)
     assert found.at(body.rest) is None

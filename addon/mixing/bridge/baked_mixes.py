@@ -23,10 +23,10 @@ def bind(obj, _reading=None):
 
 def row(obj, mix_input):
     blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
-    lost = next((slider.name for slider in mix_input.sliders if slider.name not in blocks), None)
+    lost = next((name for name in mix_input.names if name not in blocks), None)
     if lost is not None:
         raise SceneError(f"there is no shape key '{lost}' any more")
-    return np.array([blocks[slider.name].value for slider in mix_input.sliders], np.float64)
+    return np.array([blocks[name].value for name in mix_input.names], np.float64)
 
 
 def shown_keys(obj):

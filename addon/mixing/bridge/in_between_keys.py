@@ -17,7 +17,7 @@ def make(obj, mix_input, found):
     """Keys with their drivers for a Found, in place of what stood for a mix before."""
     remove(obj)
     shape_keys.remove(obj, [ids.MIX_KEY])
-    names = [slider.name for slider in mix_input.sliders]
+    names = mix_input.names
     knots = [polynomials.places(slider.low, slider.high) for slider in mix_input.sliders]
     made = []
     for each in found.shapes:

@@ -57,9 +57,7 @@ class MixFollower(Following):
         return ()
 
     def _require_ready(self, obj):
-        if obj.mode != 'OBJECT' or obj.data.is_editmode:
-            mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
-            raise SceneError(f"'{obj.name}' is in {mode}. It goes on when you leave that")
+        super()._require_ready(obj)
         if obj.meanvalue.baked.target:
             raise SceneError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")
         if mixed_keys.in_between_names(obj):
@@ -86,7 +84,7 @@ class MixFollower(Following):
 
         def work(execution):
             mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution)
-            shape = (mix_input.rest + (mix.positions - mix_input.linear(wanted))).astype(np.float32)
+            shape = (mix_input.rest + (mix.positions - mix_input.mixed(wanted))).astype(np.float32)
 
             def collect(obj):
                 self.solve_seconds = mix.seconds

@@ -27,7 +27,7 @@ class Mix:
 def bind_steps(mix_input, execution):
     """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
     CancelledError."""
-    shapes = np.concatenate([mix_input.rest[None], mix_input.shapes]).astype(np.float64)
+    shapes = np.array([mix_input.rest, *(mix_input.points[name] for name in mix_input.names)], np.float64)
     try:
         morpher = yield from session.steps(
             native_loader.module().start_bind_morph,
@@ -44,7 +44,7 @@ def bind_steps(mix_input, execution):
 
 def _with_names(text, mix_input):
     """What the solver says of shapes[k], said of the shape keys."""
-    names = ["the rest shape", *(f"'{slider.name}'" for slider in mix_input.sliders)]
+    names = ["the rest shape", *(f"'{name}'" for name in mix_input.names)]
     return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
@@ -57,7 +57,7 @@ def solve_steps(morpher, mix_input, values, execution=None):
     """
     weights = mix_input.weights(values)
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
-        shape = mix_input.shapes[weights.argmax() - 1] if weights[0] == 0.0 else mix_input.rest
+        shape = mix_input.points[mix_input.names[weights.argmax() - 1]] if weights[0] == 0.0 else mix_input.rest
         return Mix(shape.astype(np.float64), True, 0.0)
     solution = yield from session.steps(
         morpher.start_solve,
@@ -113,6 +113,6 @@ class InBetweenSearch(Mixing):
         def correction(values):
             mix = yield from solve_steps(self.binding, mix_input, values, execution)
             self.solved += 1
-            return mix.positions - mix_input.linear(values)
+            return mix.positions - mix_input.mixed(values)
 
         return (yield from in_betweens.found(correction, ranges, self.tolerance, self._most, mix_input.overlap))

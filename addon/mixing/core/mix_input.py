@@ -6,43 +6,31 @@ from functools import cached_property
 
 import numpy as np
 
+from ...scene.core import fixed_points
+from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import digest
 
 
-@dataclass(frozen=True)
-class Slider:
-    """That of a shape key. low, high: how far it goes."""
-
-    name: str
-    low: float
-    high: float
-
-
 @dataclass(frozen=True, eq=False)
-class MixInput:
-    """The shapes of k shape keys of a mesh of n vertices."""
+class MixInput(KeyShapes):
+    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32."""
 
-    sliders: tuple
-    rest: np.ndarray  # n x 3 float32
-    shapes: np.ndarray  # k x n x 3 float32, with one slider at 1 each
-    masks: np.ndarray | None  # k x n float64, how much each shape counts at each vertex; None where all count fully
-    triangles: np.ndarray  # m x 3 int32
+    triangles: np.ndarray = None
 
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
-        return digest(self.rest, self.shapes, self.triangles)
+        return digest(self.rest, *(self.points[name] for name in self.names), self.triangles)
 
     @cached_property
     def revision(self):
-        """Digest of all that a mix depends on but the sliders."""
-        masks = "all count" if self.masks is None else self.masks
-        return digest(self.key, repr(self.sliders), masks)
+        """Digest of all that a mix depends on but the sliders' values."""
+        return digest(self.key, repr(self.sliders), *self.masks.values())
 
     @cached_property
     def diagonal(self):
         """Of the rest shape's bounding box."""
-        return float(np.linalg.norm(np.ptp(self.rest, axis=0))) if len(self.rest) else 0.0
+        return fixed_points.bounding_box_diagonal(self.rest)
 
     def weights(self, values):
         """(k + 1,) or, where a shape counts here more than there, (k + 1, n) float64, the rest shape first: they sum to
@@ -51,9 +39,9 @@ class MixInput:
         values: (k,) of the sliders.
         """
         counts = np.asarray(values, np.float64)
-        if self.masks is not None:
+        if self.masks:
             is_needed = counts[self._is_part].any()
-            counts = counts[:, None] * self.masks if is_needed else counts * self.masks[:, 0]
+            counts = counts[:, None] * self._counts if is_needed else counts * self._counts[:, 0]
         return np.concatenate([[1.0 - counts.sum(axis=0)], counts])
 
     @cached_property
@@ -63,18 +51,15 @@ class MixInput:
 
     @cached_property
     def _is_part(self):
-        if self.masks is None:
+        if not self.masks:
             return np.zeros(len(self.sliders), bool)
-        return (self.masks != self.masks[:, :1]).any(axis=1)
+        return (self._counts != self._counts[:, :1]).any(axis=1)
 
-    def linear(self, values):
-        """n x 3 float64: the mix in straight lines, as Blender makes it."""
-        rest = self.rest.astype(np.float64)
-        result = rest.copy()
-        for slider in np.flatnonzero(values):  # of many sliders few are moved
-            offset = values[slider] * (self.shapes[slider] - rest)
-            result += offset if self.masks is None else self.masks[slider][:, None] * offset
-        return result
+    @cached_property
+    def _counts(self):
+        """k x n float64: how much each shape counts at each vertex."""
+        full = np.ones(len(self.rest))
+        return np.array([self.masks.get(slider.group, full) for slider in self.sliders])
 
     def overlap(self, first, second):
         """Whether two sliders move a vertex in common."""
@@ -82,4 +67,4 @@ class MixInput:
 
     @cached_property
     def _moved(self):
-        return (self.shapes != self.rest).any(axis=2)
+        return np.array([(self.points[name] != self.rest).any(axis=1) for name in self.names])

@@ -5,18 +5,9 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, vertex_groups
+from ...scene import rig_space, shape_keys, vertex_groups, views
 from . import controls, region
 
-#: Told apart in the overlay without looking alike to most eyes (Okabe and Ito 2008).
-COLORS = (
-    (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91),
-    (0.00, 0.62, 0.45),
-    (0.94, 0.89, 0.26),
-    (0.84, 0.37, 0.00),
-    (0.80, 0.47, 0.65),
-)
 PIN_COLOR = (0.0, 0.45, 0.70)
 
 
@@ -37,7 +28,7 @@ def add_handle(obj, members, *, group="", new_name=""):
 def make_handle(obj, handle, members, color=None):
     """Gives a handle its control, at its vertices as they are shown. Returns the control."""
     carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
-    handle.color = color or COLORS[carried % len(COLORS)]
+    handle.color = color or views.COLORS[carried % len(views.COLORS)]
     rest, shown = positions(obj, members)
     return controls.add_control(obj, handle, rest, shown)
 

@@ -38,6 +38,7 @@ class BindInput:
     twins: np.ndarray | None = None
     loose: str = "follow"  # what becomes of parts that nothing holds: these, or "stay"
     merge_distance: float = 0.0  # vertices so near to each other are one to the solver; 0: none are
+    merged_at: np.ndarray | None = None  # n x 3 float32, where they are so near; None: in the rest shape
     examples: KeyShapes | None = None  # shapes that show how the mesh bends
 
     @cached_property
@@ -91,6 +92,11 @@ class BindInput:
         """Vertex indices of the hard anchors."""
         return self.anchors[self.hard_anchors]
 
+    @property
+    def where_merged(self):
+        """n x 3 float32: the shape in which Merge Distance is measured."""
+        return self.rest if self.merged_at is None else self.merged_at
+
     @cached_property
     def anchor_rest(self):
         """k x 3 float64: the anchors in the rest shape. Not to be written to."""
@@ -137,7 +143,7 @@ class BindInput:
             )
 
     def _require_no_more_than_seams(self):
-        mesh = self.rest, self.face_corners, self.face_starts
+        mesh = self.where_merged, self.face_corners, self.face_starts
         collapsed, harmless = welding.collapsed_share(*mesh, self.merge_distance)
         if collapsed > welding.MOST_COLLAPSED:
             raise SceneError(

@@ -27,7 +27,7 @@ SAME_SHAPE, SAME_MOVE = 1e-3, 0.1
 
 def of(bind_input):
     """The solver mesh of a BindInput."""
-    first = welding.copies(bind_input.rest, bind_input.merge_distance)
+    first = welding.copies(bind_input.where_merged, bind_input.merge_distance)
     is_plain = first is None and bind_input.planes is None
     return PlainMesh(bind_input) if is_plain else SolverMesh(bind_input, first)
 

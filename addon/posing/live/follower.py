@@ -6,7 +6,7 @@ import numpy as np
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import mesh_arrays, rig_space, shape_keys, subject
+from ...scene import mesh_arrays, rig_space, shape_keys
 from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
@@ -21,10 +21,6 @@ SAME_TARGETS = 1e-6
 
 #: What takes longer is not waited for where it can be predicted: evaluating the mesh again takes about as long.
 QUICK_SECONDS = 0.01
-
-#: Blender keeps a copy of its own of the mesh in these modes.
-BUSY_MODES = {'EDIT', 'SCULPT'}
-
 
 #: Rooms bring here kinds of followers that take the place of Follower for objects that they ask for.
 stand_ins = []
@@ -97,11 +93,6 @@ class Follower(Following):
 
     # Reading
 
-    def _require_ready(self, obj):
-        if obj.mode in BUSY_MODES or obj.data.is_editmode:
-            mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
-            raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
-
     def _require_good_binding(self, obj):
         bound_record.require_fits(obj.meanvalue.bound, self._input.fingerprint)
 
@@ -149,10 +140,10 @@ class Follower(Following):
                 return
             self._is_settled = settles
             if settles:
-                drag.prediction.begin(wanted.positions, composed)
+                drag.prediction.begin(wanted.positions, composed, wanted.weights)
             else:
                 self.solve_seconds, self._shown = seconds, wanted
-                drag.prediction.note(wanted.positions, composed)
+                drag.prediction.note(wanted.positions, composed, wanted.weights)
                 if self._wanted is not wanted and self._is_foreseen(owner):
                     return
             drag.prediction.foreseen = None

@@ -29,7 +29,7 @@ class Corrective:
         self._targets = targets.gather(obj, self._held)
         shapes = key_shapes.gather(obj)
         self._mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
-        self._bind_input = dataclasses.replace(self._held, rest=self._mix)
+        self._bind_input = dataclasses.replace(self._held, rest=self._mix, merged_at=self._held.rest)
         self._bind_input.check()
         self._triangles = mesh_arrays.triangles(obj.data, self._mix)
 

@@ -25,11 +25,11 @@ class DriveReading:
     """Reads handles and shape keys: a kind of reading as scene/object_model.py wants it, of DriveInputs."""
 
     def __init__(self, obj):
-        self._parts = scene_input.start_reading(obj), key_shapes.KeyReading(obj)
+        self._parts = scene_input.start_reading(obj), key_shapes.SliderReading(obj)
 
     @staticmethod
     def signature(obj):
-        return scene_input.HandleReading.signature(obj), key_shapes.KeyReading.signature(obj)
+        return scene_input.HandleReading.signature(obj), key_shapes.SliderReading.signature(obj)
 
     def fits(self, obj):
         return all(part.fits(obj) for part in self._parts)
@@ -44,7 +44,7 @@ class DriveReading:
 
     @staticmethod
     def shapes(found):
-        return key_shapes.KeyReading.shapes(found.shapes)
+        return key_shapes.SliderReading.shapes(found.shapes)
 
     @staticmethod
     def written_key(_obj):

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which shape keys of a mesh may be driven, what they do, and their values."""
 
-import math
-import time
-
 import numpy as np
 
 from ... import compat, wording
 from ...errors import SceneError
-from ...scene import shape_keys, vertex_groups
-from ...scene.core.finite import require_finite
+from ...scene import shape_keys
 from ...scene.core.key_shapes import KeyShapes, Slider
+from ...scene.key_reading import KeyReading
 
 
 def sorted_out(obj):
@@ -70,67 +67,30 @@ def left_alone_note(left_alone):
     return f"{wording.listed(parts)} {'is' if len(left_alone) == 1 else 'are'} left alone" if parts else ""
 
 
-class KeyReading:
-    """Reads the shapes one after the other, so that nobody has to wait for many of a big mesh: a kind of reading as
-    scene/object_model.py wants it, of KeyShapes.
-
-    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
-    """
+class SliderReading(KeyReading):
+    """A kind of reading as scene/object_model.py wants it, of KeyShapes."""
 
     def __init__(self, obj):
         found = problem(obj)
         if found:
             raise SceneError(found)
-        self._signature = self.signature(obj)
-        self._sliders, self._left_alone = sorted_out(obj)
-        names = dict.fromkeys(name for slider in self._sliders for name in (slider.name, slider.relative))
-        self._unread = list(names)
-        self._points = {}
-        self._weights = vertex_groups.Reading(obj, {slider.group for slider in self._sliders if slider.group})
+        sliders, self._left_alone = sorted_out(obj)
+        super().__init__(obj, sliders)
 
     @staticmethod
     def signature(obj):
         """All that is quick to compare of what is read."""
         return len(obj.data.vertices), sorted_out(obj)
 
-    def fits(self, obj):
-        return self._signature == self.signature(obj)
-
-    def go_on(self, obj, seconds=math.inf):
-        """Reads for about so long. Returns whether all is read. @throws SceneError."""
-        until = time.monotonic() + seconds
-        while self._unread:
-            name = self._unread.pop(0)
-            self._points[name] = shape_keys.checked(obj, name)
-            if time.monotonic() >= until:
-                return False
-        return self._weights.go_on(obj, until - time.monotonic())
-
     def result(self, obj):
         """The KeyShapes, once all is read. @throws SceneError if no key has any effect."""
-        rest = shape_keys.rest_positions(obj.data)
-        require_finite(rest, "rest shape")
-        found = KeyShapes(
-            sliders=tuple(self._sliders),
-            rest=rest,
-            points=self._points,
-            masks=self._weights.weights,
-            left_alone=tuple(self._left_alone),
-        ).with_effect()
+        found = KeyShapes(**self.parts(obj), left_alone=tuple(self._left_alone)).with_effect()
         if not found.sliders:
             raise SceneError(_none_to_drive(obj, found.left_alone))
         return found
 
-    @staticmethod
-    def shapes(found):
-        return [("", found.rest), *found.points.items()]
 
-
-def gather(obj):
-    """The KeyShapes of `obj`, read in one go. @throws SceneError."""
-    reading = KeyReading(obj)
-    reading.go_on(obj)
-    return reading.result(obj)
+gather = SliderReading.gather
 
 
 def values(obj, names):

@@ -44,8 +44,12 @@ class Prediction:
         self._targets = self.shape = self.foreseen = None
         self._is_good = True
 
-    def note(self, targets, shape):
-        """An answer: k x 3 targets and n x 3 float32."""
+    def note(self, targets, shape, weights=None):
+        """An answer: k x 3 targets, n x 3 float32. Where some count less (weights, k), it tells nothing of others."""
+        if weights is not None:
+            self._changes.clear()
+            self._targets, self.shape = None, shape
+            return
         if self._targets is not None and not np.array_equal(targets, self._targets):
             foreseen = self._foresee(targets) if self._changes else None
             change = Change((targets - self._targets).ravel(), shape - self.shape)
@@ -54,11 +58,11 @@ class Prediction:
             self._changes.appendleft(change)
         self._targets, self.shape = targets, shape
 
-    def begin(self, targets, shape):
+    def begin(self, targets, shape, weights=None):
         """An answer that does not go on from the last one."""
         self._changes.clear()
         self._targets, self._is_good = None, True
-        self.note(targets, shape)
+        self.note(targets, shape, weights)
 
     @property
     def is_ready(self):

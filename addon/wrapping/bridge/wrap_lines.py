@@ -4,21 +4,8 @@
 import numpy as np
 from mathutils import Vector
 
-from ...scene import shown_shape
+from ...scene import shown_shape, views
 from ...widgets.lines import NOTHING, Lines, draw
-
-#: One after the other, so that lines that cross are told apart (Okabe and Ito 2008).
-COLORS = np.array(
-    [
-        (0.94, 0.89, 0.26, 1.0),
-        (0.34, 0.71, 0.91, 1.0),
-        (0.84, 0.37, 0.0, 1.0),
-        (0.0, 0.62, 0.45, 1.0),
-        (0.80, 0.47, 0.65, 1.0),
-        (0.90, 0.62, 0.0, 1.0),
-    ],
-    np.float32,
-)
 
 #: Size of what ends a line, at interface scale 1.
 END_PIXELS = 8.0
@@ -49,5 +36,5 @@ def lines(obj):
     if pairs:
         to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
         places[: len(pairs)] = [to_own @ Vector(pair.place) for pair in pairs]
-    colors = COLORS[np.arange(len(points)) % len(COLORS)]
+    colors = np.array([(*views.COLORS[number % len(views.COLORS)], 1.0) for number in range(len(points))], np.float32)
     return Lines(np.stack([points, places], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))
