@@ -20,6 +20,11 @@ def span_a_plane(points):
     """True if n x 3 `points` hold three that are not in one line: these fix rotation, place and size."""
     if len(points) < 3:
         return False
-    offsets = points - points.mean(axis=0, dtype=np.float64)
-    _, across, along = np.linalg.eigvalsh(offsets.T @ offsets)  # squared
-    return bool(across > COLLINEAR_TOLERANCE**2 * along)
+    offsets = points.astype(np.float64) - points[0].astype(np.float64)
+    lengths = np.linalg.norm(offsets, axis=1)
+    far = int(np.argmax(lengths))
+    if lengths[far] == 0.0:
+        return False
+    direction = offsets[far] / lengths[far]
+    beside = offsets - np.outer(offsets @ direction, direction)
+    return bool(np.linalg.norm(beside, axis=1).max() > COLLINEAR_TOLERANCE * lengths[far])
