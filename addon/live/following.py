@@ -33,9 +33,6 @@ QUIET_SECONDS = 0.25
 #: What takes longer is told of while it goes on.
 SLOW_SECONDS = 1.0
 
-#: Blender keeps a copy of its own of the mesh in these modes.
-BUSY_MODES = {'EDIT', 'SCULPT'}
-
 clock = time.monotonic
 
 
@@ -49,6 +46,9 @@ class Following:
     is theirs, and turn(obj, is_on); places(), why_hidden(), notes(); and what is called here and
     begins with an underscore and is not defined here.
     """
+
+    #: In these modes it waits: Blender keeps a copy of its own of the mesh.
+    BUSY_MODES = {'EDIT', 'SCULPT'}
 
     #: Whether it is read again only when all is quiet: Blender tells of sliders as it does of edits.
     READS_AT_REST = False
@@ -143,7 +143,7 @@ class Following:
 
     def _require_ready(self, obj):
         """@throws MeanValueError if nothing can follow now."""
-        if obj.mode in BUSY_MODES or obj.data.is_editmode:
+        if obj.mode in self.BUSY_MODES or obj.data.is_editmode:
             mode = subject.mode_name('EDIT' if obj.data.is_editmode else obj.mode)
             raise SceneError(f"'{obj.name}' is in {mode}. It follows when you leave that")
 

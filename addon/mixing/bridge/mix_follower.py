@@ -29,6 +29,7 @@ class MixFollower(Following):
 
     READS = MixReading
     READS_AT_REST = True
+    BUSY_MODES = {'EDIT', 'SCULPT', 'VERTEX_PAINT', 'WEIGHT_PAINT', 'TEXTURE_PAINT', 'PARTICLE_EDIT'}
     FOLLOWS = "shape keys"
     LABEL = "Rotation-Aware Keys"
 
