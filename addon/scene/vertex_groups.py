@@ -49,11 +49,6 @@ class Reading:
         return self._next >= self.vertex_count
 
     @property
-    def share(self):
-        """How much is read, 0 to 1."""
-        return min(1.0, self._next / max(1, self.vertex_count))
-
-    @property
     def members(self):
         """{name: ascending vertex indices, int32} of the groups that exist."""
         found = {name: [np.array(each) for each in self._found[index]] for name, index in self._indices.items()}

@@ -163,7 +163,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
 
     def _read(self, reading):
         while reading is not None and not reading.go_on(self.object(), SLICE_SECONDS):
-            yield "reading the mesh", reading.share
+            yield "reading the mesh", 0.0
 
     def _step(self):
         """Returns what Blender wants to hear of an operator that has ended, None if there is more to do."""

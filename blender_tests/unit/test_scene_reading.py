@@ -15,10 +15,10 @@ def test_in_slices_as_in_one_go(part, monkeypatch):
     reading = part("posing.bridge.scene_input").HandleReading
     whole, sliced = reading(obj), reading(obj)
     assert whole.go_on(obj)
-    shares = []
+    slices = 1
     while not sliced.go_on(obj, 0.0):
-        shares.append(sliced.share)
-    assert len(shares) >= 6 and shares == sorted(shares)
+        slices += 1
+    assert slices > 6
     assert {name: list(found) for name, found in sliced.members.items()} == {
         "A": [0, 4, 20],
         "B": [23, 24],

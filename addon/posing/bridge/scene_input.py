@@ -47,11 +47,6 @@ class HandleReading:
             self.faces = mesh_arrays.faces(obj.data)
         return True
 
-    @property
-    def share(self):
-        """How much is read, 0 to 1."""
-        return 1.0 if self._groups is None else self._groups.share
-
     def fits(self, obj):
         """Whether it is of this object as it is now, as far as that is quick to tell."""
         return self._mesh == _mesh_facts(obj) and self._names == _names(obj)
