@@ -1,7 +1,7 @@
 #include "meanvalue/linalg/preconditioner.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
@@ -19,35 +19,6 @@ constexpr std::size_t kMostBytes = std::size_t{128} << 20;
 std::size_t most_columns(const SupernodalFactor& factor) {
     const std::size_t column = sizeof(float) * std::max<std::size_t>(factor.size(), 1);
     return std::clamp(kMostBytes / column, kFewestColumns, kMostColumns);
-}
-
-/// Inverse of a symmetric positive definite matrix, of which the lower triangle is read; empty where it is not
-/// definite. In plain loops: Eigen's sums depend on the processor's caches.
-Eigen::MatrixXd inverse_of(Eigen::MatrixXd matrix) {
-    const Eigen::Index size = matrix.rows();
-    for (Eigen::Index column = 0; column < size; ++column) {  // its Cholesky factor
-        for (Eigen::Index row = column; row < size; ++row) {
-            double sum = matrix(row, column);
-            for (Eigen::Index k = 0; k < column; ++k)
-                sum -= matrix(row, k) * matrix(column, k);
-            if (row == column && !(sum > 0.0)) return {};
-            matrix(row, column) = row == column ? std::sqrt(sum) : sum / matrix(column, column);
-        }
-    }
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(size, size);
-    for (Eigen::Index side = 0; side < size; ++side) {
-        for (Eigen::Index row = side; row < size; ++row) {
-            for (Eigen::Index k = side; k < row; ++k)
-                inverse(row, side) -= matrix(row, k) * inverse(k, side);
-            inverse(row, side) /= matrix(row, row);
-        }
-        for (Eigen::Index row = size; row-- > 0;) {
-            for (Eigen::Index k = row + 1; k < size; ++k)
-                inverse(row, side) -= matrix(k, row) * inverse(k, side);
-            inverse(row, side) /= matrix(row, row);
-        }
-    }
-    return inverse;
 }
 
 }  // namespace
@@ -83,7 +54,8 @@ void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Ind
         small(a, a) += (1.0 + kLeastDiagonal) / given_amounts[a];
     }
     // Where rounding has made it indefinite, the factor as it is serves: slower, and to the same minimum.
-    inverse_ = inverse_of(std::move(small));
+    const Eigen::LLT<Eigen::MatrixXd> factored(small);
+    if (factored.info() == Eigen::Success) inverse_ = factored.solve(Eigen::MatrixXd::Identity(size, size));
     rows_ = std::move(given_rows);
     amounts_ = std::move(given_amounts);
 }

@@ -23,17 +23,12 @@ using Directions = Eigen::Matrix<double, 3, kDirections>;
 /// Spread evenly over half of the sphere along a spiral; a width is the same from both sides.
 Directions spiral() {
     const double golden_angle = 3.14159265358979323846 * (3.0 - std::sqrt(5.0));
-    const auto [sine_of_step, cosine_of_step] = sine_cosine(golden_angle);
     Directions directions;
-    double cosine = 1.0;
-    double sine = 0.0;
     for (int k = 0; k < kDirections; ++k) {
         const double height = 1.0 - (k + 0.5) / kDirections;
         const double radius = std::sqrt(1.0 - height * height);
+        const auto [sine, cosine] = sine_cosine(golden_angle * k);
         directions.col(k) << radius * cosine, radius * sine, height;
-        const double next = cosine * cosine_of_step - sine * sine_of_step;
-        sine = cosine * sine_of_step + sine * cosine_of_step;
-        cosine = next;
     }
     return directions;
 }

@@ -5,12 +5,11 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/optimise/line_search.h"
 
 namespace meanvalue {
 namespace {
 
-// A step must lower the energy by this share of what its slope promises (Armijo).
-constexpr double kSufficientDecrease = 1e-4;
 constexpr int kMostHalvings = 20;
 // A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
 constexpr double kSteep = 0.3;
@@ -82,8 +81,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         for (int halving = 0; length > 0.0; ++halving, length = halving > kMostHalvings ? 0.0 : 0.5 * length) {
             move_free(length, positions, trial_, options.threads, execution);
             trial_value = energy(trial_, trial_gradient_);
-            // Written so that an energy that is not a number is refused.
-            if (trial_value < value && trial_value <= value + kSufficientDecrease * length * slope) break;
+            if (falls_enough(value, trial_value, length * slope)) break;
         }
         is_inherited = is_inherited && report.iterations() < LbfgsHistory::kPairs;
         if (length < kMisled && is_inherited) {
@@ -145,7 +143,7 @@ void Lbfgs::lengthen(const Energy& energy, int threads, double value, double slo
     farther_ = positions;
     move_free(longer, positions, farther_, threads, execution);
     const double farther_value = energy(farther_, farther_gradient_);
-    if (!(farther_value < trial_value && farther_value <= value + kSufficientDecrease * longer * slope)) return;
+    if (!(farther_value < trial_value && falls_enough(value, farther_value, longer * slope))) return;
     length = longer;
     trial_value = farther_value;
     std::swap(trial_, farther_);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/optimise/line_search.h"
 
 namespace meanvalue {
 namespace {
@@ -23,8 +24,6 @@ constexpr double kDampingLower = 3.0;
 // Shares of the decrease that the linear model promised: below the first it is trusted less, above the second more.
 constexpr double kPoorGain = 0.25;
 constexpr double kGoodGain = 0.6;
-// A step must lower the energy by this share of what its slope promises (Armijo).
-constexpr double kSufficientDecrease = 1e-4;
 // Halving costs one energy, more damping a factorization; but a step that must be shorter than this points wrong.
 constexpr int kMostHalvings = 3;
 // Slow steps on end that tell a flat valley from a step that was merely bad.
@@ -160,8 +159,7 @@ class Descent {
         for (int halving = 0; halving <= most_halvings; ++halving, length *= 0.5) {
             move_free(unknowns_, positions_, direction_, length, trial_);
             const double trial_energy = evaluate(trial_);
-            // Written so that an energy that is not a number is refused.
-            if (trial_energy < energy_ && trial_energy <= energy_ + kSufficientDecrease * length * slope) {
+            if (falls_enough(energy_, trial_energy, length * slope)) {
                 energy_ = trial_energy;
                 std::swap(positions_, trial_);
                 return length;

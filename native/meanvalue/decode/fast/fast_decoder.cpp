@@ -11,19 +11,17 @@
 namespace meanvalue {
 namespace {
 
-// Free vertices of the coarse level: enough for the shape of limbs, few enough for hundreds of steps a second.
+// Free vertices of the coarse level: enough for the shape of limbs, few enough for hundreds of steps a second. Where
+// there are not twice as many as the fewest, it is not worth its splits.
 constexpr double kCoarseShare = 0.03;
 constexpr double kFewestCoarse = 1000;
 constexpr double kMostCoarse = 4000;
-constexpr Index kTooManyCoarse = 8000;
-// The size of a middle level, which is made where it has at least so many times the vertices of the coarse one:
-// wrinkles that the coarse level is too coarse for are found there at a fifth of the cost.
+// The size of a middle level, which is made where it is larger than a coarse one may be: wrinkles that the coarse
+// level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
-constexpr double kMiddleOverCoarse = 3.0;
-// Below this a coarse level is not worth its splits.
-constexpr std::size_t kSmallMesh = 2000;
-// Cold solves begin stiff: a stiff shape finds the rotation of every limb, and softer ones keep it.
-constexpr double kStiffness[] = {1000.0, 300.0, 100.0};
+// The rigidity that cold solves begin with: a stiff shape finds the rotation of every limb, and a softer one keeps
+// it.
+constexpr double kStiff = 1000.0;
 // Added to the diagonal of the initial Hessians, as a share of it: keeps them positive definite where anchors leave
 // something open. Not of the mean, which a single small star of triangles may raise far above all others.
 constexpr double kLeastDiagonal = 1e-9;
@@ -43,15 +41,11 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
     problem_.handles = std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
-    std::vector<double> rigidities;
-    for (const double stiffness : kStiffness) {
-        if (stiffness > rigidity) rigidities.push_back(stiffness);
-    }
-    rigidities.push_back(rigidity);
+    std::vector<double> rigidities = {rigidity};
+    if (kStiff > rigidity) rigidities.insert(rigidities.begin(), kStiff);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
     const RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
-    if (unknowns.free.size() > kSmallMesh)
-        coarsen(handles, std::move(is_soft), shape, unknowns.free.size(), execution);
+    coarsen(handles, std::move(is_soft), shape, static_cast<double>(unknowns.free.size()), execution);
     std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
     {
         const StageTimer timer(bind_timings_, "coarse level");
@@ -68,9 +62,6 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                 coarse_soft =
                     coarse_soft_anchors(problem_.soft, problem_.hierarchy, *level, region_.is_fixed.size(), scale);
             }
-            // A level that could not be made coarse is factored twice and not four times.
-            if (level->free_count > kTooManyCoarse && rigidities.size() > 2)
-                rigidities = {rigidities.front(), rigidities.back()};
             coarse.push_back(make_level(level->encoding, coarse_cells, std::move(remaining), std::move(coarse_soft),
                                         rigidities, execution));
             rigidities = {rigidity};
@@ -84,14 +75,14 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
 }
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                          std::size_t free_count, Execution& execution) {
+                          double free_count, Execution& execution) {
+    if (free_count <= 2.0 * kFewestCoarse) return;
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions options;
-    const auto count = static_cast<double>(free_count);
-    const double coarse_count = std::clamp(kCoarseShare * count, kFewestCoarse, kMostCoarse);
-    if (kMiddleShare * count > kMiddleOverCoarse * coarse_count)
-        options.level_sizes.push_back(static_cast<Index>(kMiddleShare * count));
-    options.level_sizes.push_back(static_cast<Index>(coarse_count));
+    if (kMiddleShare * free_count > kMostCoarse)
+        options.level_sizes.push_back(static_cast<Index>(kMiddleShare * free_count));
+    options.level_sizes.push_back(
+        static_cast<Index>(std::clamp(kCoarseShare * free_count, kFewestCoarse, kMostCoarse)));
     options.down_to_base = false;
     options.exact_order = false;
     options.thin_out_fixed = true;

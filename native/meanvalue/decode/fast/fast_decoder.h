@@ -31,7 +31,7 @@ class FastDecoder : public Decoder {
   private:
     /// Fills the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                 std::size_t free_count, Execution& execution);
+                 double free_count, Execution& execution);
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
                                           Execution& execution) const;

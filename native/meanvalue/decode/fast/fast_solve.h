@@ -61,7 +61,6 @@ class FastSolve {
     std::vector<double> carrying_weights() const;
     void start_from_rest(Positions& positions);
     double relax(Level level, Positions& positions);
-    double relax_stage_by_stage(Positions& positions);
     double minimise_along(const HandlePaths::Path& path, Positions& positions);
 
     // From an earlier answer.

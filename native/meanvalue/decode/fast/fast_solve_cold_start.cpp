@@ -83,7 +83,9 @@ void FastSolve::start_from_rest(Positions& positions) {
     const Level level = coarsest();
     respond(level, 0, carried, positions);
     const Positions start = positions;
-    double energy = relax_stage_by_stage(positions);
+    for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
+        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageIterations), positions);
+    double energy = relax(level, positions);
     const auto keep_if_lower = [&](Positions& other, double other_energy) {
         if (!(other_energy < energy)) return;
         energy = other_energy;
@@ -100,13 +102,6 @@ void FastSolve::start_from_rest(Positions& positions) {
         const double path_energy = minimise_along(path, along_path);
         keep_if_lower(along_path, path_energy);
     }
-}
-
-double FastSolve::relax_stage_by_stage(Positions& positions) {
-    const Level level = coarsest();
-    for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageIterations), positions);
-    return relax(level, positions);
 }
 
 double FastSolve::minimise_along(const HandlePaths::Path& path, Positions& positions) {
