@@ -47,7 +47,7 @@ TEST(RingLimit, AddsUpManyLongRingsAndNotShortOnes) {
 TEST(RingLimit, NamesTheVertexOfTheWholeMeshAndCountsOnlyNeighboursThatMayMove) {
     const Triangles fan = random_fan(kAround, 1).faces;
     const std::string text = message_of<InvalidInput>([&] { require(region_of(kAround + 1, fan)); });
-    EXPECT_TRUE(contains(text, "vertex 100 has 3000 neighbours")) << text;
+    EXPECT_TRUE(contains(text, "vertex 100 has 3000 neighbors")) << text;
     EXPECT_NO_THROW(require(region_of(2049, random_fan(2048, 1).faces)));
     std::vector<Index> fixed;
     for (Index v = 1; v <= kAround; v += 2)
