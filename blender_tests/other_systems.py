@@ -6,8 +6,8 @@ Wine, ARM in QEMU, and what this runs on.
     other_systems.py BUILD_FOLDER windows|aarch64|here host|blender [PYTEST_ARGUMENT...]
 
 Each file of tests has a process of its own, since one that ends does not take the others along. Wheels are taken from
-BUILD_FOLDER/wheels, Windows' Python from BUILD_FOLDER/portable, and this system's module, to compare with, from
-BUILD_FOLDER/python. What can't be had here ends with status 77 and a last line that says why.
+BUILD_FOLDER/wheels, also Linux' own, to compare with; Windows' Python from BUILD_FOLDER/portable. What can't be had
+here ends with status 77 and a last line that says why.
 """
 
 import collections
@@ -22,7 +22,7 @@ import subprocess
 import sys
 import time
 
-from other_blenders import PYTEST, ROOT, SKIPPED, Suite, install, user_folder
+from other_blenders import PYTEST, ROOT, SKIPPED, Suite, install, install_wheel, user_folder
 from ui.harness.display import Display
 
 sys.path.insert(0, str(ROOT / "packaging"))
@@ -53,7 +53,12 @@ class Wine:
     @contextlib.contextmanager
     def variables(self):
         with Display() as display:  # to render on
-            yield {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "DISPLAY": display.name}
+            found = {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "DISPLAY": display.name}
+            # What serves Wine's programs would else start with the first test, and keep its output open.
+            for command in (["wineserver", "-p60"], ["wine", "wineboot"]):
+                quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+                subprocess.run(command, env={**os.environ, **found}, **quiet)
+            yield found
 
     def path(self, path):
         return "Z:" + str(path).replace("/", "\\")
@@ -138,10 +143,10 @@ def install_all(build, system, kind):
 
 
 def compare_bits(build, system, environment):
-    """Counter of one test: that portable meshes are solved to the same bits there and here."""
+    """Counter of one test: that portable meshes are solved to the same bits there and by Linux' wheel."""
     inputs, program = build / "test" / "portable.npz", "blender_tests/support/portable_bits.py"
     inputs.parent.mkdir(exist_ok=True)
-    ours = {**os.environ, "PYTHONPATH": str(build / "python")}
+    ours = {**os.environ, "PYTHONPATH": str(install_wheel(build, Suite("wheel", PYTHON, None, PYTHON)))}
     run_one([sys.executable, program, "make", str(inputs)], ours)
     digests = [
         run_one([*python, program, "digest", system.path(inputs) if there else str(inputs)], variables)

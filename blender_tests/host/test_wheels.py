@@ -73,3 +73,12 @@ def test_there_is_a_wheel_for_the_python_of_each_blender_that_is_tested(builder)
     others = loaded(ROOT / "blender_tests" / "other_blenders.py")
     pythons = {suite.python for suites in others.SUITES.values() for suite in suites}
     assert pythons == set(builder.SUITES)
+
+
+def test_the_library_in_python_of_windows_is_as_its_dll_calls_it(builder):
+    import wheel_parts
+
+    older = "class Finder:\n    def invalidate_caches(cls):\n        pass\n"
+    mended = wheel_parts.as_called(older)
+    assert mended == older.replace("    def inv", "    @classmethod\n    def inv")
+    assert wheel_parts.as_called(mended) == mended
