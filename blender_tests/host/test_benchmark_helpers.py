@@ -8,6 +8,7 @@ import pytest
 
 from native.benchmarks import (
     bench_drag,
+    bench_size,
     drag_cases,
     generated_creature,
     generated_meshes,
@@ -190,3 +191,14 @@ def test_goals_that_are_missed_are_named():
 def two_balls():
     """A ball and another beside it as one mesh."""
     return np.concatenate([BALL, BALL + np.array([5, 0, 0])]), np.concatenate([BALL_FACES, BALL_FACES + len(BALL)])
+
+
+def test_subdivided_has_four_faces_for_each_and_stays_closed():
+    vertices, faces = generated_meshes.sphere(4)
+    points, finer = bench_size.subdivided(vertices, faces)
+    assert len(finer) == 4 * len(faces)
+    assert len(points) - len(shape_metrics.unique_edges(finer)) + len(finer) == 2
+    sides = np.concatenate([finer[:, [0, 1]], finer[:, [1, 2]], finer[:, [2, 0]]])
+    assert len(np.unique(sides, axis=0)) == len(sides)
+    assert np.isfinite(points).all()
+    assert shape_metrics.volume(points, finer) > 0.8 * shape_metrics.volume(vertices, faces)

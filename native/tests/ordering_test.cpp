@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 
+#include "meanvalue/linalg/balanced_separator.h"
 #include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/nested_dissection.h"
@@ -121,6 +122,41 @@ TEST(Separator, IsAsSmallAsOneCanBe) {
                 EXPECT_FALSE(sides[v] == Side::kLeft && sides[*u] == Side::kRight) << attempt;
         }
     }
+}
+
+std::int64_t count_of(const std::vector<Side>& sides, Side side) {
+    return std::count(sides.begin(), sides.end(), side);
+}
+
+void expect_separates(const Graph& graph, const std::vector<Side>& sides) {
+    for (Index v = 0; v < graph.size(); ++v) {
+        for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
+            ASSERT_FALSE(sides[v] == Side::kLeft && sides[*u] == Side::kRight);
+    }
+}
+
+TEST(Separator, OfALargeGridIsAboutTwoRowsNearItsMiddle) {
+    const Graph graph = graph_of(bilaplacian(grid(120, 400, 0.0)), Execution());
+    const std::vector<Side> sides = balanced_separator(graph, Execution());
+    expect_separates(graph, sides);
+    EXPECT_LE(count_of(sides, Side::kBetween), 300);
+    EXPECT_GE(count_of(sides, Side::kLeft), graph.size() / 5);
+    EXPECT_GE(count_of(sides, Side::kRight), graph.size() / 5);
+}
+
+TEST(Separator, OfALargeStarIsItsMiddle) {
+    const Graph graph = graph_of(arrow(40000), Execution());
+    const std::vector<Side> sides = balanced_separator(graph, Execution());
+    expect_separates(graph, sides);
+    EXPECT_EQ(count_of(sides, Side::kBetween), 1);
+    EXPECT_EQ(sides[0], Side::kBetween);
+}
+
+TEST(Order, OfALargeGridIsOneForAnyNumberOfThreads) {
+    const Graph graph = graph_of(bilaplacian(grid(120, 400, 0.0)), Execution());
+    const std::vector<Index> order = nested_dissection(graph, 1, Execution());
+    EXPECT_TRUE(is_permutation(order, graph.size()));
+    EXPECT_EQ(nested_dissection(graph, 3, Execution()), order);
 }
 
 class OrderOf : public testing::TestWithParam<Case> {};

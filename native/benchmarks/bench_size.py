@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How binding and dragging grow with the mesh: a generated creature and a real model, at three sizes.
+
+The whole mesh is free but for six patches or nine single vertices; one of them is carried and turned as in bench_drag.
+The real model is subdivided, so its sizes are a fourth of each other. Every case runs in a process of its own.
+
+    first   the first solve, from rest
+    frame   median of FRAMES solves of a drag
+    draft   what the add-on shows while a frame is solved (decision 30): median; and how far from the answer, rms
+    settle  the last frame again, to the end of its valley; and how far that leads, rms
+    peak    most memory that bind took, without the mesh as it is given
+"""
+
+import argparse
+import json
+import pathlib
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+
+import meanvalue
+
+from addon.solver.core.prediction import Prediction
+from blender_tests.support import mesh_files
+from native.benchmarks import drag_cases, generated_creature, reporting, shape_metrics
+from native.benchmarks.peers import job as jobs
+
+SIZES = (50_000, 200_000, 1_000_000)
+REAL_MODEL, SUBDIVISIONS = "armadillo_14k.obj", (1, 2, 3)
+SETUPS = (drag_cases.PATCHES, drag_cases.SINGLE)
+FRAMES = 12
+STAGES = ("encode", "order", "hierarchy", "coarse level", "factor")
+COLUMNS = [
+    "model", "vertices", "anchors", "bind s", "CPU s", *STAGES, "first s", "frame ms", "draft ms", "draft off",
+    "settle s", "settle off", "peak MB", "bytes a vertex",
+]  # fmt: skip
+# Of a bind at a million vertices; its growth is that of 6.2 times from 200,000 to a million.
+MOST_EXPONENT, MOST_SECONDS, MOST_PEAK_MB = 1.134, 10.0, 2100.0
+MOST_DRAFT_MS = {200_000: 25.0, 1_000_000: 130.0}
+MOST_OFF = 2e-3
+
+
+def models(sizes):
+    """A Model for each mesh of about these sizes. Skips visibly what isn't there."""
+    for size in sizes:
+        yield drag_cases.Model("creature", *generated_creature.creature(size), SETUPS)
+    path = mesh_files.DATA / "models" / REAL_MODEL
+    if not path.is_file():
+        print(f"skipped: the real model, since there is no file {path}")
+        return
+    vertices, faces = mesh_files.read_triangles(path)
+    for size, _ in zip(SIZES, SUBDIVISIONS, strict=True):
+        vertices, faces = subdivided(vertices, faces)
+        if size in sizes:
+            yield drag_cases.Model(path.stem, vertices, faces, SETUPS)
+
+
+def subdivided(vertices, faces):
+    """Each of m triangles in four, then each vertex half-way to the mean of its neighbours, so that no face is flat."""
+    edges = shape_metrics.unique_edges(faces)
+    keys = edges[:, 0].astype(np.int64) * len(vertices) + edges[:, 1]
+    a, b, c = faces.astype(np.int64).T
+
+    def middle(one, other):
+        key = np.minimum(one, other) * len(vertices) + np.maximum(one, other)
+        return len(vertices) + np.searchsorted(keys, key)
+
+    ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+    corners = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    finer = np.concatenate([np.stack(corner, axis=1) for corner in corners]).astype(np.int32)
+    points = np.concatenate([vertices, 0.5 * (vertices[edges[:, 0]] + vertices[edges[:, 1]])])
+    ends = shape_metrics.unique_edges(finer)
+    sums, counts = np.zeros_like(points), np.zeros(len(points))
+    for one, other in (ends.T, ends.T[::-1]):
+        np.add.at(sums, one, points[other])
+        np.add.at(counts, one, 1)
+    return 0.5 * (points + sums / np.maximum(counts, 1)[:, None]), finer
+
+
+def measure(folder, threads):
+    """The figures of the job in a folder, by COLUMNS."""
+    job = jobs.read(folder)
+    frames = [jobs.read_targets(folder, step, len(job.anchors)) for step in range(len(job.plan))]
+    before, bytes_before = resource.getrusage(resource.RUSAGE_SELF), memory("VmRSS")
+    pathlib.Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
+    began = time.perf_counter()
+    deformer = meanvalue.Deformer(job.vertices, job.faces, job.anchors, threads=threads)
+    bind = time.perf_counter() - began
+    after, peak = resource.getrusage(resource.RUSAGE_SELF), memory("VmHWM") - bytes_before
+    report = deformer.report
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    row = {"bind s": bind, "CPU s": cpu, **{stage: report.timings.get(stage, 0.0) for stage in STAGES}}
+    drag, prediction = deformer.drag(), Prediction(job.diagonal)
+    seconds, draft_seconds, off = [], [], []
+    for targets in frames[drag_cases.FRAMES_FROM :]:
+        began = time.perf_counter()
+        draft = prediction.at(targets) if prediction.is_ready else None
+        draft_seconds.append(time.perf_counter() - began)
+        solution = drag.solve(targets)
+        seconds.append(solution.timings["total"])
+        shape = solution.vertices.astype(np.float32)
+        if draft is not None:
+            off.append(rms(draft - shape) / job.diagonal)
+        prediction.note(targets, shape)
+    settled = drag.solve(targets, settle=True)
+    return {
+        **row, "first s": seconds[0], "frame ms": 1e3 * statistics.median(seconds[1:]),
+        "draft ms": 1e3 * statistics.median(draft_seconds[2:]), "draft off": max(off, default=float("nan")),
+        "settle s": settled.timings["total"], "settle off": rms(settled.vertices - shape) / job.diagonal,
+        "peak MB": peak / 1e6, "bytes a vertex": round(report.bytes / len(job.vertices)),
+    }  # fmt: skip
+
+
+def memory(name):
+    """A figure of this process, in bytes."""
+    lines = pathlib.Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
+
+
+def rms(differences):
+    """Of n x 3 differences between two shapes."""
+    return float(np.sqrt(np.mean(np.square(differences).sum(axis=1))))
+
+
+def run(model, setup, threads):
+    """One row, measured in another process."""
+    with tempfile.TemporaryDirectory() as folder:
+        job = drag_cases.job(model, setup, FRAMES)
+        jobs.write(job, pathlib.Path(folder))
+        command = [sys.executable, __file__, "--case", folder, "--threads", str(threads)]
+        printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return {"model": model.name, "vertices": len(model.vertices), "anchors": setup, **json.loads(printed)}
+
+
+def goal_lines(rows):
+    """What was reached of the goals."""
+    largest = [row for row in rows if row["vertices"] > 0.9 * SIZES[-1]]
+    for row in largest:
+        name = f"{row['model']}, {row['anchors']}, {row['vertices']:,} vertices"
+        yield goal(f"{name}: bind {row['bind s']:.1f} s", row["bind s"], MOST_SECONDS)
+        yield goal(f"{name}: peak {row['peak MB']:.0f} MB", row["peak MB"], MOST_PEAK_MB)
+        for other in rows:
+            is_same = (other["model"], other["anchors"]) == (row["model"], row["anchors"])
+            if is_same and 0.5 < other["vertices"] / SIZES[1] < 2.0:
+                sizes, seconds = zip(*((each["vertices"], each["bind s"]) for each in (other, row)), strict=True)
+                exponent = shape_metrics.exponent(sizes, seconds)
+                times = seconds[1] / seconds[0]
+                yield goal(f"{name}: bind grows {times:.1f} times, exponent {exponent:.2f}", exponent, MOST_EXPONENT)
+    for row in rows:
+        name = f"{row['model']}, {row['anchors']}, {row['vertices']:,} vertices"
+        yield goal(f"{name}: draft {row['draft off']:.1e} off", row["draft off"], MOST_OFF)
+        for size, most in MOST_DRAFT_MS.items():
+            if 0.7 < row["vertices"] / size < 1.4:
+                yield goal(f"{name}: draft {row['draft ms']:.1f} ms", row["draft ms"], most)
+
+
+def goal(text, value, most):
+    """A line that tells whether it was reached."""
+    return f"{'reached' if value <= most else 'MISSED'}: {text}, at most {most:g}"
+
+
+def main():
+    """Measures, prints, writes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=pathlib.Path)
+    parser.add_argument("--sizes", default=SIZES, type=lambda text: [int(size) for size in text.split(",")],
+                        help="of 50000,200000,1000000 (default: all)")  # fmt: skip
+    parser.add_argument("--setups", default=SETUPS, type=lambda text: text.split(","), help="of patches,single")
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--case", type=pathlib.Path, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.case:
+        print(json.dumps(measure(arguments.case, arguments.threads)))
+        return
+    rows = []
+    for model in models(arguments.sizes):
+        for setup in arguments.setups:
+            rows.append(run(model, setup, arguments.threads))
+            row = rows[-1]
+            print(f"{row['model']}, {row['vertices']:,}, {setup}: bind {row['bind s']:.2f} s", flush=True)
+    table = [[row[column] for column in COLUMNS] for row in rows]
+    reporting.report("binding and dragging by size", COLUMNS, table, arguments.json)
+    print("\n".join(goal_lines(rows)))
+
+
+if __name__ == "__main__":
+    main()
