@@ -49,6 +49,7 @@ CLASSES = (
     drive_by_bone.MEANVALUE_OT_drive_by_bone,
     finish.MEANVALUE_OT_finish,
     solve.MEANVALUE_OT_bind,
+    solve.MEANVALUE_OT_unbind,
     solve.MEANVALUE_OT_solve,
     solve.MEANVALUE_OT_solve_from_key,
     region.MEANVALUE_OT_grow_region,

@@ -53,6 +53,18 @@ def test_only_the_anchors_of_the_pose_key_count():
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), first)
 
 
+def test_unbind_forgets_the_binding_only():
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    before = snapshot(obj, without=("settings",))
+    assert bpy.ops.meanvalue.unbind() == {'FINISHED'}
+    assert_same(before, snapshot(obj, without=("settings",)))
+    assert not obj.meanvalue.bound.is_bound
+    assert [handle.name for handle in obj.meanvalue.handles] == ["Corners", "Tip"]
+    steps.solve()
+    assert obj.meanvalue.bound.is_bound
+
+
 def test_solve_touches_nothing_but_its_shape_key():
     obj = meshes.textured_grid()
     steps.posed_grid(obj)

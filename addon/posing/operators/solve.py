@@ -9,6 +9,7 @@ from ...errors import SceneError
 from ...scene import rig_space, shape_keys, subject, vertex_groups
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
+from ...widgets.base import MeshOperator
 from ..bridge import bound_record, controls, new_handles, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
@@ -37,6 +38,25 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         notes += result.size_notes(posing.binding.deformer.report)
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
+
+
+class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scripts rely on its name
+    """Forget the binding and free its memory, for scripts. Handles, region and shape keys stay as they are"""
+
+    bl_idname = "meanvalue.unbind"
+    bl_label = "Unbind"
+    needs_object_mode = False
+
+    @classmethod
+    def problem(cls, obj):
+        problem = super().problem(obj)
+        if problem is None and not obj.meanvalue.bound.is_bound:
+            problem = f"'{obj.name}' is not bound"
+        return problem
+
+    def run(self, obj):
+        bound_record.release(obj.meanvalue.bound)
+        return f"'{obj.name}' is no longer bound", []
 
 
 class SolvingOperator(BackgroundOperator):
