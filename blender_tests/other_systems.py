@@ -163,7 +163,7 @@ def files_and_options(kind, arguments):
     folders = {"host": ("host",), "blender": ("unit", "scenarios")}[kind]
     every = [file for folder in folders for file in sorted((ROOT / "blender_tests" / folder).glob("test_*.py"))]
     options = [argument for argument in arguments if argument not in named]
-    return named or [str(file.relative_to(ROOT)) for file in every], options
+    return named or [file.relative_to(ROOT).as_posix() for file in every], options
 
 
 def counts(output):
