@@ -71,15 +71,23 @@ def test_the_head_s_motion_goes_onto_the_object_or_is_dropped(face, tmp_path):
         assert np.allclose(face.scale, 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("is_skinned", [False, True])
-def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, is_skinned):
+@pytest.mark.parametrize("kind", ["parented", "skinned", "skinned and posed"])
+def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, kind):
     rig = armatures.make(Neck=((0.0, 0.0, -0.3), (0.0, 0.0, -0.1)), Head=((0.0, 0.0, -0.1), (0.0, 0.1, 0.1), "Neck"))
     rig.location, rig.rotation_euler = (0.3, -0.2, 0.1), (0.2, 0.4, -0.3)
     bpy.context.view_layer.update()
-    if is_skinned:
+    carried = np.eye(4)
+    if kind != "parented":
         steps.add_weights(face, "Head", np.ones(len(face.data.vertices)))
         face.modifiers.new("Armature", 'ARMATURE').object = rig
-    else:
+    if kind == "skinned and posed":
+        for name in ("Neck", "Head"):
+            rig.pose.bones[name].rotation_mode = 'XYZ'
+            rig.pose.bones[name].rotation_euler = (0.3, -0.2, 0.1)
+        bpy.context.view_layer.update()
+        bone = rig.pose.bones["Head"]
+        carried = np.array(rig.matrix_world @ bone.matrix @ (rig.matrix_world @ bone.bone.matrix_local).inverted())
+    if kind == "parented":
         world = face.matrix_world.copy()
         face.parent, face.parent_type, face.parent_bone = rig, 'BONE', "Head"
         face.matrix_world = world
@@ -96,7 +104,7 @@ def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, is_skinned):
             bpy.context.scene.frame_set(frame)
             evaluated = np.array(face.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
             seen = meshes.seen(face) @ evaluated[:3, :3].T + evaluated[:3, 3]
-            turn = faces.head_motion(60)[frame - 1]
+            turn = carried @ faces.head_motion(60)[frame - 1]
             wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
             assert np.abs(seen - wanted).max() < 0.002, (mode, frame)
     face.data.shape_keys.animation_data_clear()

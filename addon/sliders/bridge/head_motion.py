@@ -51,10 +51,10 @@ def pair(obj, options):
     own = np.array(carrier.matrix_basis, np.float64)
     if owner == carrier:
         return np.array([own, np.eye(4)])
-    world = np.array(obj.matrix_world, np.float64), np.array(owner.matrix_world, np.float64)
-    unposed = world[1] @ np.array(carrier.matrix, np.float64) @ np.linalg.inv(own)
-    seen_by_head = np.linalg.inv(world[0]) @ unposed
-    return np.array([np.linalg.inv(seen_by_head), seen_by_head @ own])
+    # Weights carry the mesh from where the bone is at rest, a parent from where it is posed.
+    start = carrier.matrix if obj.parent_type == 'BONE' else carrier.bone.matrix_local
+    bone = np.array(obj.matrix_world.inverted_safe() @ owner.matrix_world @ start, np.float64)
+    return np.array([own @ np.linalg.inv(bone), bone])
 
 
 def write(obj, options, frames, pairs, motions):
