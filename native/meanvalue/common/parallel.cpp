@@ -13,8 +13,6 @@
 namespace meanvalue {
 namespace {
 
-// Long enough to hide the cost of a call, short enough for cancellation to be seen within milliseconds.
-constexpr Index kPiece = 2048;
 // A share below this is quicker done by the thread that would hand it over.
 constexpr Index kLeastShare = 512;
 

@@ -13,6 +13,10 @@ namespace meanvalue {
 /// @throws InvalidInput where it is negative.
 int thread_count(int requested);
 
+/// Rows that a thread works on in one go: enough to hide the cost of a call and to share what they have in common,
+/// few enough to stay in its cache, and for a cancel to be seen within milliseconds.
+constexpr Index kPiece = 2048;
+
 /// Calls body(begin, end) on consecutive pieces that together cover [0, count).
 ///
 /// Results are the same for any number of threads as long as each call writes only what belongs to its own

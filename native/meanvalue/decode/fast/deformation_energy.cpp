@@ -7,12 +7,6 @@
 #include "meanvalue/decode/fast/energy_blocks.h"
 
 namespace meanvalue {
-namespace {
-
-// Fewer rows than this are not worth a thread.
-constexpr std::size_t kRowsOfThread = 2048;
-
-}  // namespace
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                      double size, double by_length, const Execution& execution,
@@ -55,10 +49,8 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
                                    const Execution& execution, Workspace& workspace) const {
     const EnergyBlocks& rows = workspace.rows ? *workspace.rows : rows_;
     const double stretching = rigidity * rows.stretching;
-    const std::size_t worth = (unknowns_.rows.size() + kRowsOfThread - 1) / kRowsOfThread;
-    const int workers = std::max(1, static_cast<int>(std::min<std::size_t>(threads, worth)));
-    if (workspace.scratch.size() < static_cast<std::size_t>(workers)) workspace.scratch.resize(workers);
-    parallel_items(rows.block_count(), workers, execution, [&](int worker, std::size_t block) {
+    if (workspace.scratch.size() < static_cast<std::size_t>(threads)) workspace.scratch.resize(threads);
+    parallel_items(rows.block_count(), threads, execution, [&](int worker, std::size_t block) {
         workspace.block_energy[block] =
             evaluate_block(rows, block, positions, stretching,
                            workspace.shares.data() + rows.blocks[block].first_point, workspace.scratch[worker]);

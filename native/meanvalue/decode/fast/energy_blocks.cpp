@@ -19,9 +19,6 @@ constexpr double kIsolatedAnchorWeight = 70.0;
 // Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
 constexpr double kShortestEdge = 1e-9;
 
-// Rows of a block: the more, the fewer points are in several blocks, and the fewer lanes are left over.
-constexpr std::size_t kBlockRows = 2048;
-
 /// A weight to the power of the share of all weights that counts.
 double share_of(double weight, double by_length) {
     return by_length == 1.0 ? weight : power(weight, by_length);
@@ -61,9 +58,9 @@ class BlockBuilder {
 
     void build(const Execution& execution) {
         const std::size_t count = unknowns_.rows.size();
-        for (std::size_t begin = 0; begin < count; begin += kBlockRows) {
+        for (std::size_t begin = 0; begin < count; begin += std::size_t{kPiece}) {
             execution.check();
-            add_batches(begin, std::min(begin + kBlockRows, count));
+            add_batches(begin, std::min(begin + std::size_t{kPiece}, count));
         }
         result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
         // So that nothing is copied as it grows.
@@ -115,8 +112,8 @@ class BlockBuilder {
     void fill_block(std::size_t block) {
         const std::size_t first_point = result_.points.size();
         result_.blocks[block].first_point = static_cast<std::int64_t>(first_point);
-        const std::size_t begin = block * kBlockRows;
-        number_points(first_point, begin, std::min(begin + kBlockRows, unknowns_.rows.size()));
+        const std::size_t begin = block * std::size_t{kPiece};
+        number_points(first_point, begin, std::min(begin + std::size_t{kPiece}, unknowns_.rows.size()));
         for (auto batch = result_.blocks[block].first_batch; batch < result_.blocks[block + 1].first_batch; ++batch)
             fill_batch(result_.batches[batch]);
         for (std::size_t k = first_point; k < result_.points.size(); ++k)

@@ -1,4 +1,4 @@
-// The rows of DeformationEnergy at rest, in the order in which they are evaluated.
+// The coefficients of DeformationEnergy, laid out for its kernels: rows in batches of four, in blocks for the cache.
 #pragma once
 
 #include <vector>

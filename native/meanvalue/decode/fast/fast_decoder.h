@@ -1,4 +1,4 @@
-// The method for artists: at the minimum, without the false ones near it, at screen rate.
+// Method `fast`, bound: the levels of the mesh, each with its energy and its factored initial Hessians.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// One solve by the fast method.
+// One solve by method `fast`: from rest coarse to fine, or onwards from an earlier answer; by L-BFGS.
 #pragma once
 
 #include <vector>

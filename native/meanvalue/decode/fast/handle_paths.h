@@ -1,4 +1,4 @@
-// The rigid motions of handles, and how far along them a solve is.
+// The screws along which handles go from rest to their targets, and where they are on the way.
 #pragma once
 
 #include <vector>

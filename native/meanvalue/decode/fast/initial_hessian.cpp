@@ -1,3 +1,4 @@
+// DeformationEnergy::initial_hessian(), column by column.
 #include <algorithm>
 #include <numeric>
 
@@ -193,15 +194,14 @@ class HessianColumns {
 SparseMatrix matrix_of(const HessianColumns& columns, const std::vector<Index>& vertices, std::size_t row_count,
                        int threads, const Execution& execution) {
     // Found and copied in parts, none of which is so large that it is slow to grow or to free.
-    constexpr Index kColumnsOfPart = 2048;
     const auto size = static_cast<Index>(vertices.size());
-    const Index part_count = (size + kColumnsOfPart - 1) / kColumnsOfPart;
+    const Index part_count = (size + kPiece - 1) / kPiece;
     const int workers = std::max(1, std::min<int>(threads, part_count));
     const auto for_each_part = [&](int worker, const auto& visit) {
         const auto first_of = [&](int k) { return static_cast<Index>(std::int64_t{part_count} * k / workers); };
         for (Index part = first_of(worker); part < first_of(worker + 1); ++part) {
             execution.check();
-            visit(part, part * kColumnsOfPart, std::min(size, (part + 1) * kColumnsOfPart));
+            visit(part, part * kPiece, std::min(size, (part + 1) * kPiece));
         }
     };
     SparseMatrix matrix(static_cast<Eigen::Index>(row_count), size);

@@ -1,4 +1,4 @@
-// The memory of energy blocks as vectors of four lanes.
+// Loads and stores of the energy's coefficients and points as vectors of four lanes.
 #pragma once
 
 #include "meanvalue/decode/fast/energy_kernels.h"
