@@ -274,6 +274,8 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
         ) from error
     except module.Cancelled as error:
         raise CancelledError("Cancelled. Nothing was changed") from error
+    except module.TooLittleMemory as error:
+        raise SolverError(f"Too little memory: {error}. Choose a smaller region") from error
     except MemoryError as error:
         raise SolverError(
             "There is not enough memory for this mesh. Choose a smaller region, or close other programs"

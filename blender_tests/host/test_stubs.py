@@ -70,6 +70,6 @@ def test_exceptions_derive_from_what_the_stubs_say():
     said = {
         node.name: ast.unparse(node.bases[0]) for node in tree.body if isinstance(node, ast.ClassDef) and node.bases
     }
-    assert set(said) == {"Cancelled", "InvalidInput", "SolverFailure"}
+    assert set(said) == {"Cancelled", "InvalidInput", "SolverFailure", "TooLittleMemory"}
     for name, base in said.items():
         assert getattr(meanvalue, name).__bases__[0].__name__ == base

@@ -215,7 +215,7 @@ def failing(error):
     return fail
 
 
-@pytest.mark.parametrize("kind", ["InvalidInput", "SolverFailure", "MemoryError", "Cancelled"])
+@pytest.mark.parametrize("kind", ["InvalidInput", "SolverFailure", "TooLittleMemory", "MemoryError", "Cancelled"])
 def test_errors_of_the_native_module(native, bind_gives, kind):
     obj = steps.posed_grid(meshes.grid())
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")

@@ -209,7 +209,7 @@ void bind_deformer(py::module_& module) {
         "moved. The mesh then bends as they show it, each place by its own blend of them. Method 'fast' only. Each\n"
         "must differ from the rest shape and from the others.\n"
         "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbors that may move,\n"
-        "among others), SolverFailure, Cancelled.");
+        "among others), TooLittleMemory where the computer has less than a bind takes, SolverFailure, Cancelled.");
     def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },
              "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.");

@@ -1,12 +1,14 @@
 #include "bindings/bind.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/physical_memory.h"
 
 namespace meanvalue::bindings {
 
 void bind_execution(py::module_& module) {
     py::register_local_exception<InvalidInput>(module, "InvalidInput", PyExc_ValueError);
     py::register_local_exception<SolverFailure>(module, "SolverFailure", PyExc_RuntimeError);
+    py::register_local_exception<TooLittleMemory>(module, "TooLittleMemory", PyExc_MemoryError);
     py::register_local_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError);
 
     py::class_<Execution, std::shared_ptr<Execution>>(

@@ -2,6 +2,8 @@
 
 #include <new>
 
+#include "meanvalue/common/physical_memory.h"
+#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/sequence/sequence.h"
@@ -44,6 +46,19 @@ struct Bent {
         return deformer.solve(targets, {}, SolveOptions(), execution).vertices;
     }
 };
+
+TEST(Memory, WhatABindTakesIsToldWhereItIsMoreThanThereIs) {
+    EXPECT_NO_THROW(require_memory(1000000, 4000000000));
+    EXPECT_NO_THROW(require_memory(0, 0));
+    const std::string refusal = message_of<TooLittleMemory>([] { require_memory(4000000, 8000000000); });
+    EXPECT_TRUE(contains(refusal, "4000000 free vertices takes about 10.8 GB")) << refusal;
+    EXPECT_TRUE(contains(refusal, "has 8 GB")) << refusal;
+}
+
+TEST(Memory, OfThisComputerIsKnown) {
+    EXPECT_GT(physical_memory(), 100000000U);
+    EXPECT_LT(physical_memory(), std::uint64_t{1} << 50);
+}
 
 class RunsOut : public testing::TestWithParam<Method> {
   protected:

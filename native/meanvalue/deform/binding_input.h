@@ -1,6 +1,7 @@
 // What a Binding says of anchors and settings, checked, in the form that decoders take.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "meanvalue/decode/fast/soft_constraints.h"
@@ -11,6 +12,10 @@ namespace meanvalue {
 
 /// What the method has for it where none is given. @throws InvalidInput.
 double rigidity_of(const Binding& binding);
+
+/// @param there the computer's memory in bytes. @throws TooLittleMemory where a bind of method fast with so many free
+/// vertices takes more at its peak.
+void require_memory(Index free_count, std::uint64_t there);
 
 /// The handle of each vertex of the region that is an anchor, -1 for the others; empty where none are given.
 /// @throws InvalidInput.

@@ -5,6 +5,7 @@
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/physical_memory.h"
 #include "meanvalue/decode/fast/fast_decoder.h"
 #include "meanvalue/decode/full_decoder.h"
 #include "meanvalue/decode/paper_decoder.h"
@@ -111,6 +112,8 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     for (std::size_t v = 0; v < is_fixed_.size(); ++v) {  // loose parts are no unknowns
         if (components.fixed[components.part_of[v]].empty()) is_fixed_[v] = 1;
     }
+    if (method_ == Method::kFast)
+        require_memory(static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0)), physical_memory());
     const auto shape = shape_for(components, earlier, execution);
     region_vertices_ = shape->region.vertices;
     std::vector<Index> row_of(is_fixed_.size(), -1);
