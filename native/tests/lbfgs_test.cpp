@@ -168,8 +168,7 @@ TEST(Lbfgs, TheHistoryIsWorthItsKeep) {
 }
 
 TEST(Lbfgs, AKeptHistoryEndsInTheSamePlaceAndCostsFewStepsWhereItMisleads) {
-    Line line(900);
-    const auto iterations_of_second = [&](double stiffness, bool keep) {
+    const auto iterations_of_second = [](Line& line, double stiffness, bool keep) {
         Lbfgs minimiser(line.unknowns);
         Execution execution;
         Positions positions = line.start;
@@ -184,8 +183,16 @@ TEST(Lbfgs, AKeptHistoryEndsInTheSamePlaceAndCostsFewStepsWhereItMisleads) {
         EXPECT_LT(largest_distance(line.free_of(positions), near), 1e-2);
         return report.iterations();
     };
-    for (const double stiffness : {0.3, 3.0, 50.0})
-        EXPECT_LE(2 * iterations_of_second(stiffness, true), 3 * iterations_of_second(stiffness, false)) << stiffness;
+    for (const double stiffness : {0.3, 3.0, 50.0}) {
+        int kept = 0;
+        int fresh = 0;
+        for (Index count = 870; count < 930; count += 6) {  // rounding decides how many it takes on one line
+            Line line(count);
+            kept += iterations_of_second(line, stiffness, true);
+            fresh += iterations_of_second(line, stiffness, false);
+        }
+        EXPECT_LE(2 * kept, 3 * fresh) << stiffness;
+    }
 }
 
 TEST(Lbfgs, AnEnergyToleranceEndsTheLongTailAndNoFall) {
