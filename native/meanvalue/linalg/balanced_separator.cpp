@@ -104,14 +104,21 @@ Graph graph_of_some(const Graph& graph, const std::vector<Index>& vertices, Work
     return result;
 }
 
-/// Sets the sides of some vertices, of which the first `left_end` are on the left and those from `right_begin` on on
-/// the right, by the smallest separator.
-void separate(const Graph& graph, const std::vector<Index>& vertices, Index left_end, Index right_begin,
-              std::vector<Side>& sides, WorkMeter& work, const Execution& execution) {
-    const Graph some = graph_of_some(graph, vertices, work);
-    const std::vector<Side> found = minimum_separator(some, left_end, right_begin, execution);
-    for (std::size_t k = 0; k < vertices.size(); ++k)
-        sides[vertices[k]] = found[k];
+/// By the smallest separator of some vertices, of which the first `left_end` are on the left and those from
+/// `right_begin` on on the right.
+Cut separate(const Graph& graph, std::vector<Index> vertices, Index left_end, Index right_begin, WorkMeter& work,
+             const Execution& execution) {
+    Cut cut;
+    cut.graph = graph_of_some(graph, vertices, work);
+    cut.vertices = std::move(vertices);
+    cut.sides = minimum_separator(cut.graph, left_end, right_begin, execution);
+    return cut;
+}
+
+/// Sets the sides of the vertices that are cut.
+void take_sides(const Cut& cut, std::vector<Side>& sides) {
+    for (std::size_t k = 0; k < cut.vertices.size(); ++k)
+        sides[cut.vertices[k]] = cut.sides[k];
 }
 
 /// A vertex of `graph` for each cluster.
@@ -191,25 +198,28 @@ bool separate_near(const Clusters& clusters, const std::vector<Side>& cluster_si
     vertices.insert(vertices.end(), near.begin(), near.end());
     const auto right_begin = static_cast<Index>(vertices.size());
     vertices.insert(vertices.end(), right.begin(), right.end());
-    separate(graph, vertices, left_end, right_begin, sides, work, execution);
+    take_sides(separate(graph, std::move(vertices), left_end, right_begin, work, execution), sides);
     return true;
 }
 
 }  // namespace
 
-std::vector<Side> balanced_separator(const Graph& graph, const Execution& execution) {
+Cut balanced_separator(const Graph& graph, const Execution& execution) {
     WorkMeter work(execution);
     const Index size = graph.size();
-    std::vector<Side> sides(size);
     if (size > kSmallGraph) {
         const Clusters clusters = find_clusters(graph, work);
-        if (clusters.graph.size() < size / 2 &&
-            separate_near(clusters, balanced_separator(clusters.graph, execution), graph, sides, work, execution))
-            return sides;
+        if (clusters.graph.size() < size / 2) {
+            Cut coarse = balanced_separator(clusters.graph, execution);
+            std::vector<Side> cluster_sides = coarse.sides;
+            take_sides(coarse, cluster_sides);
+            Cut cut;
+            cut.sides.resize(size);
+            if (separate_near(clusters, cluster_sides, graph, cut.sides, work, execution)) return cut;
+        }
     }
     const auto end_size = static_cast<Index>(std::int64_t{size} * kEndPercent / 100);
-    separate(graph, from_end_to_end(graph, work), end_size, size - end_size, sides, work, execution);
-    return sides;
+    return separate(graph, from_end_to_end(graph, work), end_size, size - end_size, work, execution);
 }
 
 }  // namespace meanvalue

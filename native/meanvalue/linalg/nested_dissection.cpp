@@ -114,14 +114,20 @@ std::vector<Index> nested_dissection(const Graph& graph, int threads, const Exec
     while (!parts.empty()) {
         std::vector<std::vector<Part>> smaller(parts.size());
         parallel_items(parts.size(), threads, execution, [&](int worker, std::size_t k) {
-            const Part part = std::move(parts[k]);
+            Part part = std::move(parts[k]);
             if (part.graph.size() <= kSmallPart) {
                 local[worker].resize(graph.size(), -1);
                 order_small_part(part, graph, local[worker], order);
                 return;
             }
             WorkMeter own_work(execution);
-            smaller[k] = split(part, balanced_separator(part.graph, execution), order, own_work);
+            Cut cut = balanced_separator(part.graph, execution);
+            if (!cut.vertices.empty()) {
+                for (Index& v : cut.vertices)
+                    v = part.vertices[v];
+                part = {std::move(cut.graph), std::move(cut.vertices), part.place};
+            }
+            smaller[k] = split(part, cut.sides, order, own_work);
         });
         parts.clear();
         for (std::vector<Part>& of_one : smaller)
