@@ -2,6 +2,7 @@
 """./dev bench report: the page of what was measured."""
 
 import json
+import pathlib
 
 import pytest
 
@@ -36,6 +37,11 @@ def test_tables_in_order_with_what_is_missing(tmp_path):
 
 def test_another_machine_is_named(tmp_path):
     assert "Run on N, 2 cores." in written(tmp_path, speed="M", bind="N")
+
+
+def test_every_benchmark_has_its_place():
+    scripts = pathlib.Path(report_page.__file__).parent.glob("bench_*.py")
+    assert {path.stem.removeprefix("bench_") for path in scripts} == {section.name for section in report_page.SECTIONS}
 
 
 def test_nothing_measured_writes_nothing(tmp_path):

@@ -88,6 +88,14 @@ SECTIONS = (
         frozenset({"frames", "goal frames/s", "rounds"}),
     ),
     Section(
+        "size",
+        "By size",
+        "A creature and a subdivided model, whole but for six patches or nine single vertices, dragged. *Draft*: what "
+        "the add-on shows meanwhile, and its rms distance from the answer; *settle*: the last frame to the end of its "
+        "valley. In diagonals.",
+        frozenset({"encode", "order", "hierarchy", "coarse level", "factor"}),
+    ),
+    Section(
         "morph",
         "Shapes between shapes",
         "The linear blend, Poisson's (Xu et al. 2005) and ours.",
