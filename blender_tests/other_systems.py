@@ -20,6 +20,7 @@ import platform
 import re
 import subprocess
 import sys
+import threading
 import time
 
 from other_blenders import PYTEST, ROOT, SKIPPED, Suite, install, install_wheel, user_folder
@@ -32,6 +33,7 @@ from debian_chroot import Chroot, UnavailableError
 PYTHON = "3.11"
 BLENDER = "4.5"
 SECONDS_OF_A_FILE = 1800
+SECONDS_OF_OUTPUT = 5
 COUNTED = ("passed", "failed", "skipped", "errors")
 NOTHING_COLLECTED = 5  # by pytest, of what -k leaves of a file
 
@@ -53,12 +55,7 @@ class Wine:
     @contextlib.contextmanager
     def variables(self):
         with Display() as display:  # to render on
-            found = {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "DISPLAY": display.name}
-            # What serves Wine's programs would else start with the first test, and keep its output open.
-            for command in (["wineserver", "-p60"], ["wine", "wineboot"]):
-                quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-                subprocess.run(command, env={**os.environ, **found}, **quiet)
-            yield found
+            yield {"WINEPREFIX": str(self.build / "wine"), "WINEDEBUG": "-all", "DISPLAY": display.name}
 
     def path(self, path):
         return "Z:" + str(path).replace("/", "\\")
@@ -218,15 +215,20 @@ def run_file(file, command, environment):
 
 
 def run_one(command, environment):
-    """(status, output). Wine's programs take nothing but pipes."""
+    """(status, output). Wine's programs take nothing but pipes, and what Wine starts along keeps these open."""
+    process = subprocess.Popen(
+        command, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    output = []
+    reader = threading.Thread(target=lambda: output.extend(iter(process.stdout.read1, b"")), daemon=True)
+    reader.start()
     try:
-        done = subprocess.run(
-            command, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, timeout=SECONDS_OF_A_FILE,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired as error:
-        return "none: it did not end", (error.stdout or b"").decode(errors="replace")
-    return done.returncode, done.stdout.decode(errors="replace")
+        status = process.wait(SECONDS_OF_A_FILE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        status = "none: it did not end"
+    reader.join(SECONDS_OF_OUTPUT)
+    return status, b"".join(output).decode(errors="replace")
 
 
 if __name__ == "__main__":
