@@ -55,26 +55,26 @@ def problem(page, target):
         return "it leaves docs/, and so the site"
     if DOCS in page.parents and file.is_dir():
         return "it is a folder: link a page"
-    if anchor and anchor not in anchors(file.read_text()):
+    if anchor and anchor not in anchors(file.read_text("utf-8")):
         return f"{file.name} has no heading #{anchor}"
     return None
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
-    wrong = [f"{target}: {why}" for target in links(page.read_text()) if (why := problem(page, target))]
+    wrong = [f"{target}: {why}" for target in links(page.read_text("utf-8")) if (why := problem(page, target))]
     assert not wrong, "\n".join(wrong)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_linked_headings_have_one_name_in_site_and_repository(page):
-    linked = {target.partition("#")[2] for other in PAGES for target in links(other.read_text()) if "#" in target}
-    for heading in re.findall(r"(?m)^#{1,6} (.*)$", prose(page.read_text())):
+    linked = {target.partition("#")[2] for other in PAGES for target in links(other.read_text("utf-8")) if "#" in target}
+    for heading in re.findall(r"(?m)^#{1,6} (.*)$", prose(page.read_text("utf-8"))):
         assert slug(heading) == slug_of_site(heading) or slug(heading) not in linked, f"'{heading}' is linked"
 
 
 def test_every_page_is_in_the_menu_of_the_site():
-    menu = SITE.read_text().partition("\nnav:")[2]
+    menu = SITE.read_text("utf-8").partition("\nnav:")[2]
     named = set(re.findall(r"[\w/]+\.md", menu))
     for name in named:
         assert (DOCS / name).is_file(), f"the menu has {name}"
@@ -84,19 +84,19 @@ def test_every_page_is_in_the_menu_of_the_site():
 
 
 def test_every_decision_is_listed():
-    listed = links((DOCS / "decisions" / "README.md").read_text())
+    listed = links((DOCS / "decisions" / "README.md").read_text("utf-8"))
     assert sorted(listed) == sorted(path.name for path in (DOCS / "decisions").glob("0*.md"))
 
 
 def test_every_picture_is_shown_somewhere():
-    shown = {target for page in PAGES for target in links(page.read_text()) if "pictures/" in target}
+    shown = {target for page in PAGES for target in links(page.read_text("utf-8")) if "pictures/" in target}
     assert {path.name for path in (DOCS / "pictures").iterdir()} == {pathlib.Path(target).name for target in shown}
 
 
 def test_the_site_fetches_nothing_from_elsewhere():
     """Neither when it is built nor when it is read."""
-    settings = re.sub(r"#.*", "", SITE.read_text())
+    settings = re.sub(r"#.*", "", SITE.read_text("utf-8"))
     assert "font: false" in settings
     assert not re.search(r"https?://|extra_javascript|extra_css", settings)
     for page in DOCS.rglob("*.md"):
-        assert not re.search(r"!\[[^]]*\]\(https?:|<(script|img|link|iframe)\b", prose(page.read_text())), page
+        assert not re.search(r"!\[[^]]*\]\(https?:|<(script|img|link|iframe)\b", prose(page.read_text("utf-8"))), page

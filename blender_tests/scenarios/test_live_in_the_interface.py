@@ -55,6 +55,7 @@ def dragged(timers, part, monkeypatch):
         return (yield from solve_steps(*arguments, **options))
 
     monkeypatch.setattr(session, "solve_steps", slow_steps)
+    monkeypatch.setattr(part("live.following"), "QUIET_SECONDS", 5.0)  # the drag goes on, however slow the machine
     for _answer in range(3):
         move(control, (0.2, 0.0, 0.0))
         while part("live.roll").follower_of(obj).wait(obj) < 0.1:
