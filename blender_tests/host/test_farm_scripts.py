@@ -12,8 +12,6 @@ import pytest
 
 from addon import errors
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Slurm's scripts are for Linux")
-
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm"
 SCRIPT = FOLDER / "slurm_submit.sh"
 
@@ -37,6 +35,8 @@ echo "$(wc -l <{folder}/calls);cluster"
 
 def submit(folder, missing, clips, size, *options):
     """(exit code, [(script, {index}, {option: value}, offset)]) with programs of the test's own."""
+    if sys.platform == "win32":
+        pytest.skip("Slurm's scripts are for Linux")
     (folder / "plan").mkdir(exist_ok=True)
     (folder / "plan" / "clips.tsv").write_text("".join(f"clip{number}\t1-10\n" for number in range(clips)))
     for name, text in (("scontrol", SCONTROL), ("blender", BLENDER), ("sbatch", SBATCH)):
