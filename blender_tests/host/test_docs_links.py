@@ -68,7 +68,8 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_linked_headings_have_one_name_in_site_and_repository(page):
-    linked = {target.partition("#")[2] for other in PAGES for target in links(other.read_text("utf-8")) if "#" in target}
+    targets = [target for other in PAGES for target in links(other.read_text("utf-8"))]
+    linked = {target.partition("#")[2] for target in targets if "#" in target}
     for heading in re.findall(r"(?m)^#{1,6} (.*)$", prose(page.read_text("utf-8"))):
         assert slug(heading) == slug_of_site(heading) or slug(heading) not in linked, f"'{heading}' is linked"
 
