@@ -47,6 +47,7 @@ class Wine:
     wheel_tag = "win_amd64"
     #: Newer ones need a newer Wine.
     numpy = "numpy==1.26.4"
+    has_same_bits = True  # in portable mode
 
     @property
     def python(self):
@@ -69,6 +70,7 @@ class Qemu:
     platforms = tuple(f"manylinux_2_{minor}_aarch64" for minor in range(17, 37))
     wheel_tag = "manylinux_2_28_aarch64"
     numpy = "numpy==1.26.4"
+    has_same_bits = False  # another processor: docs/decisions/0015-instruction-sets.md
 
     @property
     def python(self):
@@ -97,6 +99,7 @@ class Here:
     build: pathlib.Path
     platforms = ()
     numpy = "numpy"
+    has_same_bits = False
 
     @property
     def wheel_tag(self):
@@ -188,7 +191,7 @@ def run_files(build, name, kind, arguments, system, environment):
         command = [*system.python, "blender_tests/run.py", "--"]
     files, options = files_and_options(kind, arguments)
     total, started = collections.Counter(), time.monotonic()
-    if kind == "host" and name != "here" and not arguments:
+    if kind == "host" and system.has_same_bits and not arguments:
         total += compare_bits(build, system, environment)
     for file in files:
         if kind == "blender":
