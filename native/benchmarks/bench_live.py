@@ -2,7 +2,8 @@
 """Live posing in Blender, end to end: from a control that was moved to a mesh that Blender has evaluated again.
 
 Runs itself in Blender without a window. The add-on's Follower is driven as its handlers drive it in the interface;
-drawing, which depends on the graphics card, is left out. A frame's seconds are split:
+drawing, which depends on the graphics card, is left out. The picture is the first that shows the move: as the last
+answers predict it where the solve takes longer, else as solved. A frame ends with the solved mesh, and is split:
 
     native    the solver, as it tells itself
     transfer  writing the shape key
@@ -28,8 +29,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from native.benchmarks import generated_meshes, reporting, rigid
 
 COLUMNS = [
-    "mesh", "vertices", "bind ms", "frame ms", "worst ms", "native ms", "transfer ms", "add-on ms", "Blender ms",
-    "without native ms",
+    "mesh", "vertices", "bind ms", "picture ms", "frame ms", "worst ms", "native ms", "transfer ms",
+    "add-on ms", "Blender ms", "without native ms",
 ]  # fmt: skip
 BONE_COLUMNS = ["mesh", "vertices", "ours ms", "worst ms", "Blender ms"]
 SHAPES = ("body", "bar")
@@ -178,9 +179,13 @@ class Scene:
 
         Returns whether the timer wrote it: only of that Blender tells the follower.
         """
+        began = time.perf_counter()
         self.follower.follow(self.obj)
+        self.predicted = None
         if self.is_caught_up():
             return False
+        if self.follower._shows_prediction():
+            self.predicted = time.perf_counter() - began
         while not self.is_caught_up():
             time.sleep(self.parts["live.following"].TICK_SECONDS)
             self.follower.tick(self.obj)
@@ -209,7 +214,7 @@ class Scene:
     def frame(self, step):
         """Moves the control as the handle of the job's `step`.
 
-        Returns milliseconds: whole, native, transfer, add-on, Blender.
+        Returns milliseconds: whole, native, transfer, add-on, Blender, and until the first picture.
         """
         self.native = self.transfer = 0.0
         began = time.perf_counter()
@@ -224,7 +229,8 @@ class Scene:
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
-        return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender])
+        picture = ended - began if self.predicted is None else blender + self.predicted
+        return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender, picture])
 
 
 def measure(shape, size, is_rigged=False):
@@ -233,9 +239,9 @@ def measure(shape, size, is_rigged=False):
     bind = scene.bind()
     scene.frame(1)
     frames = np.array([scene.frame(step) for step in range(2, 2 + FRAMES)])
-    whole, native, transfer, addon, blender = np.median(frames, axis=0)
+    whole, native, transfer, addon, blender, picture = np.median(frames, axis=0)
     name, count = f"{shape} on a rig" if is_rigged else shape, len(scene.obj.data.vertices)
-    row = [name, count, 1e3 * bind, whole, frames[:, 0].max(), native, transfer, addon, blender]
+    row = [name, count, 1e3 * bind, picture, whole, frames[:, 0].max(), native, transfer, addon, blender]
     row = [*map(_plain, row), _plain(np.median(frames[:, 0] - frames[:, 1]))]
     if not is_rigged:
         return row, None
