@@ -66,7 +66,9 @@ def test_what_is_near_in_another_shape_than_the_one_that_counts_stays_apart():
     closed[60] = closed[90]
     bind_input = given(closed, triangles, np.arange(12), merge_distance=1e-3, merged_at=vertices.astype(np.float32))
     assert len(bind_input.solver_mesh.rest) == len(vertices)
+    apart = given(vertices, triangles, np.arange(12), merge_distance=1e-3)
     bind_input = given(vertices, triangles, np.arange(12), merge_distance=1e-3, merged_at=closed.astype(np.float32))
+    assert bind_input.fingerprint != apart.fingerprint
     assert bind_input.solver_mesh.places[60] == bind_input.solver_mesh.places[90]
 
 

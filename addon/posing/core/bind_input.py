@@ -47,7 +47,7 @@ class BindInput:
         return Fingerprint(
             vertex_count=len(self.rest),
             faces=digest(self.face_starts, self.face_corners),
-            rest_shape=digest(self.rest),
+            rest_shape=digest(self.rest, *([] if self.merged_at is None else [self.merged_at])),
             anchors=digest(
                 self.anchors,
                 self.handles,
