@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "meanvalue/common/tolerances.h"
+
 namespace meanvalue {
 namespace {
 
-// The half-angle formula divides by 1 + cos(angle) down to here, and by sin(angle) below, where the first cancels.
-// Both 1 + cos and |sin| below it: the vertex is on the line between two ring vertices.
-constexpr double kStraightAngle = 1e-9;
-// A projected neighbor nearer than this share of the mean is on the vertex itself.
-constexpr double kCoincident = 1e-6;
 // Sums of |w| are 1.0 to 1.1 on sane rings and up to 3.2 at the corners of open ones.
 constexpr double kLargestAmplification = 4.0;
 
@@ -36,10 +33,12 @@ std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& 
         const double product = ring.radius[k] * ring.radius[next];
         const double dot = ring.tangential[k].dot(ring.tangential[next]);
         const double cross = ring.normal.dot(ring.tangential[k].cross(ring.tangential[next]));
+        // The tangent of half the angle divides by 1 + cos(angle), or where that cancels by sin(angle). Where both
+        // are nothing, the vertex is on the line between two ring vertices.
         double half_tangent = 0.0;
-        if (product + dot > kStraightAngle * product) {
+        if (product + dot > kNegligible * product) {
             half_tangent = cross / (product + dot);
-        } else if (std::abs(cross) > kStraightAngle * product) {
+        } else if (std::abs(cross) > kNegligible * product) {
             half_tangent = (product - dot) / cross;
         } else {
             std::fill(weights.begin(), weights.end(), 0.0);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 
 namespace meanvalue {
 namespace {
@@ -41,7 +42,7 @@ Matrix3 frame_of(const Vector3* edges, Index count) {
     const Vector3 normal = area / length;
     Vector3 across = edges[0] - edges[0].dot(normal) * normal;
     // Relative to the edge itself: along the normal, what is left is rounding.
-    const bool is_upright = !(across.norm() > 1e-6 * edges[0].norm());
+    const bool is_upright = !(across.norm() > kCoincident * edges[0].norm());
     across = is_upright ? normal.unitOrthogonal() : across.normalized();
     Matrix3 frame;
     frame << across.transpose(), normal.cross(across).transpose(), normal.transpose();

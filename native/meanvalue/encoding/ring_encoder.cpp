@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
@@ -10,21 +11,19 @@ namespace {
 
 // An edge less than about 3 degrees off the normal: its b is unbounded, so the u_ij form takes over.
 constexpr double kSteepestCotangent = 20.0;
-// The predictor must give the rest position back to this share of the ring's radius with mean-value weights,
-// or least-norm weights are tried; nothing above kLargestError is accepted.
-constexpr double kRoundingError = 1e-12;
-constexpr double kLargestError = 1e-9;
 
 }  // namespace
 
 std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence, bool as_steep) {
     project(vertex, ring, valence);
     if (projected_.normal.isZero(0.0)) return kNotPredictable;
+    // The predictor must give the rest position back to rounding with mean-value weights, or least-norm weights are
+    // tried; these may miss it by what is negligible.
     std::uint8_t flags = mean_value_weights(projected_, weights_);
-    if (!weights_are_tame(weights_) || tangential_error() > kRoundingError * projected_.largest_radius) {
+    if (!weights_are_tame(weights_) || tangential_error() > kRounding * projected_.largest_radius) {
         least_norm_weights(projected_, weights_);
         flags = kLargeWeights;
-        if (!(tangential_error() < kLargestError * projected_.largest_radius)) return kNotPredictable;
+        if (!(tangential_error() < kNegligible * projected_.largest_radius)) return kNotPredictable;
     }
     if (as_steep || needs_own_normal_weights(flags)) flags |= kSteepEdge;
     fill_heights(flags);
@@ -78,7 +77,7 @@ bool RingEncoder::needs_own_normal_weights(std::uint8_t flags) const {
 }
 
 void RingEncoder::fill_heights(std::uint8_t flags) {
-    const double least_radius = kRoundingError * projected_.largest_radius;
+    const double least_radius = kRounding * projected_.largest_radius;
     double centre_height = 0.0;  // of p over v_i
     for (std::size_t k = 0; k < weights_.size(); ++k)
         centre_height += weights_[k] * projected_.height[k];

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
@@ -56,7 +57,7 @@ bool spans_a_plane(const PositionsView& positions, const Index* ring, Index vale
         perimeter += (positions.row(ring[k + 1 < valence ? k + 1 : 0]) - positions.row(ring[k])).norm();
     }
     const RingArea polygon = ring_area(positions, ring, valence);
-    return polygon.area.norm() > kMinimalRingArea * perimeter * perimeter;
+    return polygon.area.norm() > kCoincident * perimeter * perimeter;
 }
 
 std::vector<Index> extended_ring(const PositionsView& positions, const OneRings& rings, Index vertex) {

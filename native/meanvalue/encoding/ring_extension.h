@@ -8,9 +8,6 @@
 
 namespace meanvalue {
 
-// A ring whose doubled area is below this share of its squared perimeter has no usable normal.
-constexpr double kMinimalRingArea = 1e-6;
-
 /// Whether the ring has three vertices or more and encloses enough area to define a plane.
 bool spans_a_plane(const PositionsView& positions, const Index* ring, Index valence);
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/ring_mesh.h"
@@ -58,8 +59,6 @@ class CollapseCost {
 
 // Collapses that turn a triangle over or leave a needle are put off until nothing better is left.
 constexpr double kPutOff = 1e6;
-// Nearer costs are equal, as across the mirror plane of a symmetric model, whatever rounding makes of them.
-constexpr double kClearlyLess = 1.0 - 1e-9;
 
 template <typename Allowed>
 Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
@@ -68,7 +67,8 @@ Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
         const Index to = ring_.vertices[place];
         if (!allowed(to)) continue;
         const double cost = of(place, best.cost);
-        if (cost < kClearlyLess * best.cost) best = {cost, to};
+        // Nearer ones are equal, as across the mirror plane of a symmetric model.
+        if (cost < (1.0 - kNegligible) * best.cost) best = {cost, to};
     }
     return best;
 }

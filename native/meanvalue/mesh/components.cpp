@@ -2,14 +2,11 @@
 
 #include <Eigen/Geometry>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 
 namespace meanvalue {
 namespace {
-
-// Three points are collinear when the third is off the line of the two farthest by less than this share of
-// their distance: below it, the rotation about that line is lost in rounding.
-constexpr double kCollinearity = 1e-6;
 
 /// @param fixed the numbers of the fixed vertices and soft anchors of one part.
 int undetermined_dimensions(const PositionsView& positions, const std::vector<Index>& fixed) {
@@ -23,7 +20,7 @@ int undetermined_dimensions(const PositionsView& positions, const std::vector<In
     if (axis.squaredNorm() == 0.0) return 4;
     for (const Index v : fixed) {
         const Vector3 offset = Vector3(positions.row(v)) - first;
-        if (axis.cross(offset).norm() > kCollinearity * axis.squaredNorm()) return 0;
+        if (axis.cross(offset).norm() > kCoincident * axis.squaredNorm()) return 0;
     }
     return 1;
 }

@@ -8,15 +8,12 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 
 namespace meanvalue {
 namespace {
 
 constexpr int kDirections = 100;
-// Differences of variance, as a share of the largest, and third moments, of that of one point at that distance, below
-// which they are rounding.
-constexpr double kDistinct = 1e-6;
-constexpr double kSkewed = 1e-9;
 
 using Directions = Eigen::Matrix<double, 3, kDirections>;
 
@@ -70,7 +67,7 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
     const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments / count);
     const Vector3& variances = solver.eigenvalues();  // ascending
     const double least_gap = std::min(variances(1) - variances(0), variances(2) - variances(1));
-    if (!(least_gap > kDistinct * variances(2))) return Matrix3::Identity();
+    if (!(least_gap > kCoincident * variances(2))) return Matrix3::Identity();
     Matrix3 axes = solver.eigenvectors();
     Eigen::RowVector3d third = Eigen::RowVector3d::Zero();
     Eigen::RowVector3d later = Eigen::RowVector3d::Zero();
@@ -81,7 +78,7 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
         later += static_cast<double>(v) * along;
     }
     for (int c = 0; c < 3; ++c) {
-        const bool is_skewed = std::abs(third(c)) > kSkewed * count * variances(c) * std::sqrt(variances(c));
+        const bool is_skewed = std::abs(third(c)) > kNegligible * count * variances(c) * std::sqrt(variances(c));
         if ((is_skewed ? third(c) : later(c)) < 0.0) axes.col(c) *= -1.0;
     }
     return axes;

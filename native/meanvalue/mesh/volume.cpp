@@ -1,11 +1,8 @@
 #include "meanvalue/mesh/volume.h"
 
+#include "meanvalue/common/tolerances.h"
+
 namespace meanvalue {
-namespace {
-
-constexpr double kRounding = 1e-9;
-
-}  // namespace
 
 double signed_volume(const PositionsView& positions, const TrianglesView& faces) {
     const Vector3 origin = positions.row(0);
@@ -27,7 +24,7 @@ bool is_closed(const PositionsView& positions, const TrianglesView& faces) {
         sum += area;
         size += area.norm();
     }
-    return sum.norm() <= kRounding * size;
+    return sum.norm() <= kNegligible * size;
 }
 
 }  // namespace meanvalue

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/tolerances.h"
 
 namespace meanvalue {
 namespace {
 
 constexpr double kFullAngle = 6.28318530717958647692;
-// Below this, the sine of half the angle gives no axis, and its cosine no angle.
-constexpr double kNothing = 1e-12;
 constexpr int kMeanRounds = 8;
 constexpr double kMeanTolerance = 1e-9;
 constexpr double kFarStep = 1.0;  // radians; slopes are singular not far beyond
@@ -73,7 +72,7 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     const double angle = 2.0 * arc_tangent(sine, sign * rotation.w());
     const double near_length = near.norm();
     Vector3 axis = Vector3::Zero();
-    if (sine > kNothing) {
+    if (sine > kRounding) {
         axis = imaginary / sine;
     } else if (near_length > 0.0) {
         axis = near / near_length;
