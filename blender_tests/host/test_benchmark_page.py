@@ -6,7 +6,7 @@ import pathlib
 
 import pytest
 
-from native.benchmarks import report_page
+from native.benchmarks import report_page, reporting
 
 ROWS = [["body", "fast", 0.12345], ["bar", "a|b", 50412]]
 TABLE = {"title": "T", "columns": ["shape", "method", "first s"], "rows": ROWS}
@@ -16,6 +16,7 @@ def written(folder, **benchmarks):
     """The page of benchmarks, each a machine's name."""
     for name, machine in benchmarks.items():
         content = {"machine": f"{machine}, 2 cores, 3% of its time taken by its host", "date": "2026-01-02"}
+        content["missing"] = ["Open3D: not installed", "poses/samba.npz"]
         (folder / f"{name}.json").write_text(json.dumps({**content, "tables": [TABLE]}))
     (folder / "speed.png").write_bytes(b"plot")
     (folder / "pictures").mkdir()
@@ -32,7 +33,8 @@ def test_tables_in_order_with_what_is_missing(tmp_path):
     assert "![Speed beside the peers: plots of the table below](pictures/speed.png)" in page
     assert (tmp_path / "pictures" / "speed.png").read_bytes() == b"plot"
     missing = page.splitlines()[-1]
-    assert missing.startswith("Not in this run: `drag`") and "`bind`" not in missing
+    assert missing.startswith("Not in this run") and "`drag`" in missing and "`bind`" not in missing
+    assert page.count("Missing: Open3D: not installed; poses/samba.npz.") == 2
 
 
 def test_another_machine_is_named(tmp_path):
@@ -48,3 +50,12 @@ def test_nothing_measured_writes_nothing(tmp_path):
     with pytest.raises(SystemExit, match="no JSON of a benchmark"):
         report_page.main(tmp_path, tmp_path / "page.md", tmp_path)
     assert not (tmp_path / "page.md").exists()
+
+
+def test_what_is_missing_is_kept_with_the_tables(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(reporting, "_TABLES", [])
+    monkeypatch.setattr(reporting, "_MISSING", [])
+    reporting.missing("poses/samba.npz")
+    reporting.report("T", ["a"], [[1]], tmp_path / "x.json")
+    assert json.loads((tmp_path / "x.json").read_text())["missing"] == ["poses/samba.npz"]
+    assert "missing: poses/samba.npz" in capsys.readouterr().out

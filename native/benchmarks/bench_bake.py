@@ -30,12 +30,13 @@ def trajectories(job, frames):
     return np.concatenate([path, path[::-1]] * (1 + frames // (2 * len(path))))[:frames]
 
 
-def seconds_of(deformer, targets, threads, clock=time.perf_counter):
-    """(seconds, digest of the frames): they are handed over and not kept, as when they are written to a file."""
+def solved(deformer, targets, threads):
+    """(seconds, processor seconds, digest of the frames): they are handed over and not kept, as when they are written
+    to a file."""
     digest = []
-    begun = clock()
+    begun, worked = time.perf_counter(), time.process_time()
     deformer.solve_sequence(targets, threads=threads, on_frame=lambda _, shape: digest.append(hash(shape.tobytes())))
-    return clock() - begun, tuple(digest)
+    return time.perf_counter() - begun, time.process_time() - worked, tuple(digest)
 
 
 def measure(shape, vertices, frames, rounds):
@@ -44,23 +45,20 @@ def measure(shape, vertices, frames, rounds):
     job = generated_meshes.speed_job(shape, vertices)
     deformer = meanvalue.Deformer(job.vertices, job.faces, job.anchors, handles=job.pieces + 1)
     targets = trajectories(job, frames)
-    seconds = {1: [], 2: []}
+    seconds, spent = {1: [], 2: []}, {1: [], 2: []}
     digests = set()
-    # Processor time: what other work takes away is no growth. Whole turns of the path, so that all are as hard.
-    spent = {frames: [], 4 * frames: []}
     for _ in range(rounds):
         for threads in seconds:
-            taken, digest = seconds_of(deformer, targets, threads)
+            taken, worked, digest = solved(deformer, targets, threads)
             seconds[threads].append(taken)
+            spent[threads].append(worked)
             digests.add(digest)
-        for count, taken in spent.items():
-            repeated = np.concatenate([targets] * (count // frames))
-            taken.append(seconds_of(deformer, repeated, 1, time.process_time)[0])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    seconds_of(deformer, np.concatenate([targets, targets]), 2)
+    twice = solved(deformer, np.concatenate([targets, targets]), 2)[1]
     more = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     one, two = (float(np.median(seconds[threads])) for threads in seconds)
-    exponent = np.log(np.median(spent[4 * frames]) / np.median(spent[frames])) / np.log(4.0)
+    # Of processor time: what other work takes away is no growth.
+    exponent = np.log(twice / np.median(spent[2])) / np.log(2.0)
     rate = RATES[min(RATES, key=lambda size: abs(np.log(size / vertices)))]
     same = "yes" if len(digests) == 1 else "no"
     return [
@@ -73,7 +71,7 @@ def main():
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("--vertices", type=int, nargs="*", default=list(RATES))
     parser.add_argument("--frames", type=int, default=300)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=1)
     arguments = parser.parse_args()
     rows = [
         measure(shape, vertices, arguments.frames, arguments.rounds)

@@ -2,7 +2,7 @@
 """Markers against the truth: a captured dancer of whom 41 vertices are taken as markers, complete and with gaps.
 
 Root mean square of the distance of all vertices in all frames, over that of converged ARAP with the same anchors and
-nothing missing. Needs ../shared/data; says so where that is missing.
+nothing missing. Says so where the dancer is missing.
 """
 
 import argparse
@@ -16,6 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from addon.capture.core import gaps  # noqa: E402
+from blender_tests.support import mesh_files  # noqa: E402
 from native.benchmarks import reporting  # noqa: E402
 
 COLUMNS = ["markers", "missing", "strength", "rms over diagonal", "over ARAP's", "goal", "frames/s", "not converged"]
@@ -27,7 +28,7 @@ MISSING_SHARE = 0.10
 #: Gaps of at most so many of the 24 frames are filled by splines, up to the second number by the neighbours' motion.
 LONGEST_SPLINE = 4
 LONGEST_RIGID = 8
-DANCER = ROOT.parent / "shared" / "data" / "poses" / "samba.npz"
+DANCER = mesh_files.DATA / "poses" / "samba.npz"
 
 
 def farthest_points(points, count):
@@ -97,11 +98,11 @@ def measure(arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=pathlib.Path)
-    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--strengths", type=float, nargs="*", default=[1.0])
     arguments = parser.parse_args()
     if not DANCER.exists():
-        print("skipped: shared/data/poses/samba.npz is missing")
+        reporting.missing("the dancer, poses/samba.npz")
         return
     rows, error_of_arap = measure(arguments)
     reporting.report(f"markers of a dancer; ARAP {error_of_arap:.5f} of the diagonal", COLUMNS, rows, arguments.json)

@@ -48,11 +48,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("--rounds", type=int, default=600, help="for each number of threads")
-    parser.add_argument("--seconds", type=float, default=60.0, help="the most for each number of threads")
+    parser.add_argument("--seconds", type=float, default=10.0, help="the most for each number of threads")
     arguments = parser.parse_args()
     model = next((path for path in mesh_files.model_paths() if path.name == "elephant.obj"), None)
     if model is None:
-        print(f"skipped: elephant.obj, which is not in {mesh_files.DATA / 'models'}")
+        reporting.missing("models/elephant.obj")
     rows, is_right = [], True
     for name, path in [("made", None), *([("elephant.obj", model)] if model else [])]:
         for threads in THREADS:

@@ -143,11 +143,11 @@ def notes(rows):
     for row in rows:
         place = f"{row['model']}, {row['setup']}"
         if "missing" in row:
-            lines.append(f"missing: {place}: {row['missing']}")
+            lines.append(f"{place}: {row['missing']}")
         elif row["frames"] < row["asked"]:
-            lines.append(f"cut short: {place}: {row['frames']} of {row['asked']} frames in the time")
+            lines.append(f"{place}: only {row['frames']} of {row['asked']} frames in the time")
         if "no CGAL" in row:
-            lines.append(f"CGAL missing: {place}: {row['no CGAL']}")
+            lines.append(f"{place}: CGAL, {row['no CGAL']}")
         if "CGAL without" in row:
             lines.append(f"{place}: CGAL without {row['CGAL without']}")
     return lines
@@ -164,9 +164,8 @@ def parse():
     """The arguments."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=pathlib.Path)
-    parser.add_argument("--models", type=lambda text: text.split(","),
-                        help="names without endings, as in spot,creature_7k,tube (default: the whole ones of the "
-                             "shared data and the generated creatures)")  # fmt: skip
+    usual = ",".join(drag_cases.USUAL)
+    parser.add_argument("--models", type=lambda text: text.split(","), help=f"without endings (default: {usual})")
     parser.add_argument("--messy", action="store_true", help="the messy models too")
     parser.add_argument("--tube", action="store_true", help="the tube, the body and the bar too, by their ends")
     parser.add_argument("--setups", default=[drag_cases.SINGLE, drag_cases.PATCHES, drag_cases.ENDS],
@@ -188,6 +187,8 @@ def main(arguments):
         for setup in (setup for setup in model.setups if setup in arguments.setups):
             rows.append(measure(model, setup, arguments))
             print(f"{model.name}, {setup}: {rows[-1].get('missing') or 'missed: ' + rows[-1]['missed']}", flush=True)
+    for note in notes(rows):
+        reporting.missing(note)
     title = f"drag, {arguments.frames} frames; CGAL: {ITERATIONS} iterations a frame; load before: {load:.1f}"
     warm = [table_row(row, WARM_KEYS) for row in rows]
     reporting.report(f"{title}; warm", WARM_COLUMNS, warm, arguments.json)
@@ -196,7 +197,7 @@ def main(arguments):
     if arguments.json:
         content = {**json.loads(arguments.json.read_text()), "measured": rows}
         arguments.json.write_text(json.dumps(content, indent=1) + "\n")
-    print("\n".join(["", *notes(rows), "", *goal_lines(rows)]))
+    print("\n".join(["", *goal_lines(rows)]))
 
 
 if __name__ == "__main__":

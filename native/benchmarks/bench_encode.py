@@ -36,7 +36,7 @@ def meshes():
     yield "torus (generated)", *generated_torus(320, 156)
     paths = mesh_files.model_paths()
     if not paths:
-        print(f"skipped: the real models, since there is no folder {mesh_files.DATA / 'models'}")
+        reporting.missing("the real models")
     for path in paths:
         yield path.name, *mesh_files.read_triangles(path)
 

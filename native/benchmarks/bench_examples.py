@@ -33,7 +33,7 @@ def read_set(name):
     """(rest (n, 3), poses (p, n, 3), faces (m, 3)), or None where it is missing."""
     path = mesh_files.DATA / "poses" / f"{name}.npz"
     if not path.exists():
-        print(f"skipped: {name}, since there is no {path.name} in the shared data")
+        reporting.missing(f"poses/{path.name}")
         return None
     with np.load(path) as data:
         return data["rest"].astype(float), data["poses"].astype(float)[:: SETS[name]], data["faces"].astype(np.int32)

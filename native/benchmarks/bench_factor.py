@@ -9,12 +9,13 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
+from blender_tests.support import mesh_files
 from native.benchmarks import reporting
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 BUILD = ROOT / "build" / "native"
-MODELS = ROOT.parent / "shared" / "data" / "models"
+MODELS = mesh_files.DATA / "models"
 GRIDS = [(100, 1), (224, 1), (447, 1), (1000, 1), (46, 3), (103, 3), (145, 3)]
 FILES = ["feline.off", "horse.off", "beast_quads.obj"]
 COLUMNS = [
@@ -44,7 +45,7 @@ def main():
         if (MODELS / name).exists():
             rows.append(measure(MODELS / name, 1))
         else:
-            print(f"skipped: {name} is not in {MODELS}")
+            reporting.missing(f"models/{name}")
     reporting.report("Sparse Cholesky factorisation", COLUMNS, rows, json_path)
 
 

@@ -94,5 +94,5 @@ if __name__ == "__main__":
     if mesh_files.model_paths():
         rows += [twisted_bar(), *map(horse_pose, (0, 4, 8)), feline_wing(5000), feline_wing(20000)]
     else:
-        print(f"skipped: real models, since there is no folder {mesh_files.DATA}")
+        reporting.missing("the real models")
     reporting.report("full solver", COLUMNS, rows, json_path)

@@ -53,7 +53,7 @@ def models(sizes):
         yield drag_cases.Model("creature", *generated_creature.creature(size), SETUPS)
     path = mesh_files.DATA / "models" / REAL_MODEL
     if not path.is_file():
-        print(f"skipped: the real model, since there is no file {path}")
+        reporting.missing(f"the real model, models/{REAL_MODEL}")
         return
     vertices, faces = mesh_files.read_triangles(path)
     for size, _ in zip(SIZES, SUBDIVISIONS, strict=True):

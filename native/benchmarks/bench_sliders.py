@@ -100,7 +100,7 @@ def sequence_rows(rest, deltas, names):
 def main():
     json_path = reporting.json_argument(__doc__)
     if not (mesh_files.DATA / "poses" / "ict_face.npz").exists():
-        print("skipped: shared/data/poses/ict_face.npz is missing")
+        reporting.missing("the face, poses/ict_face.npz")
         return
     face = read_face()
     columns = ["markers", "noise, mm", "error", "with 10 % gaps, 2 % outliers", "goal", "ms a solve"]

@@ -188,6 +188,9 @@ def main(arguments):
             for method in chosen:
                 rows.append(measure(job, shape, method, arguments))
                 print(f"{label(rows[-1])}: {rows[-1].get('missing') or 'done'}", flush=True)
+    for row in rows:
+        if "missing" in row:
+            reporting.missing(f"{label(row)}: {row['missing']}")
     title = f"speed; an update of a peer is {ITERATIONS} iterations; peak MB of the process; load before: {load:.1f}"
     reporting.report(title, COLUMNS, [table_row(row) for row in rows], arguments.json)
     powers = exponents(rows)
@@ -196,7 +199,7 @@ def main(arguments):
         content["measured"] = rows
         content["exponents"] = [{"shape": key[0], "method": key[1], **value} for key, value in powers.items()]
         arguments.json.write_text(json.dumps(content, indent=1) + "\n")
-    print("\n".join(["", *(f"missing: {label(row)}: {row['missing']}" for row in rows if "missing" in row), ""]))
+    print()
     for (shape, method), by_column in powers.items():
         print(f"exponent: {shape}, {method}: " + ", ".join(f"{k} {v:.3g}" for k, v in by_column.items()))
     print("\n".join(["", *ratios(rows), "", *goals(rows, powers)]))

@@ -80,7 +80,7 @@ if __name__ == "__main__":
     json_path = reporting.json_argument(__doc__)
     humans = two_humans()
     if humans is None:
-        print(f"skipped: the two humans, since they are not in {mesh_files.DATA}")
+        reporting.missing("the two humans, makehuman/base.obj and models/human_man.obj")
     else:
         rows = [measure(name, humans)[0] for name in SETS]
         reporting.report("makehuman's body onto human_man", COLUMNS, rows, json_path)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blender_tests.support import mesh_files
-from native.benchmarks import generated_creature, generated_meshes, shape_metrics
+from native.benchmarks import generated_creature, generated_meshes, reporting, shape_metrics
 from native.benchmarks.peers.job import RESTART, Job
 
 SINGLE, PATCHES, ENDS = "single", "patches", "ends"
@@ -18,6 +18,11 @@ POINTS = {SINGLE: 9, PATCHES: 6}
 PATCH_RADIUS, CARRY = 0.025, 0.15  # over the diagonal
 TURN_DEG = 40.0
 FIRST, LAST, AT_REST, FRAMES_FROM = 0, 1, 2, 3  # steps of a job
+#: Those of the page: others say the same.
+USUAL = (
+    "armadillo_14k", "beast_quads", "dolphin_quads_open", "feline", "horse", "human_man", "octopus", "spot",
+    "creature_20k", "creature_50k",
+)  # fmt: skip
 CREATURES = {"creature_7k": 7_000, "creature_20k": 20_000, "creature_50k": 50_000}
 TUBES = ("tube", "body", "bar")
 TUBE_AROUND, TUBE_ALONG, TUBE_LENGTH, TUBE_HELD, TUBE_STEP = 160, 310, 20.0, 0.5, 0.02  # radius 1; radians a frame
@@ -35,24 +40,22 @@ class Model:
 
 
 def models(names=None, messy=False, tubes=False):
-    """The models of these names, or all; with `messy` and `tubes` those too. Skips visibly what isn't there."""
-    wanted = list(names or [])
-    paths = mesh_files.model_paths() + (mesh_files.model_paths("messy") if messy or names else [])
-    if not mesh_files.model_paths():
-        print(f"skipped: the real models, since there is no folder {mesh_files.DATA / 'models'}")
-    for path in paths:
-        if not names or path.stem in wanted:
-            yield Model(path.stem, *mesh_files.read_triangles(path))
-    for name, count in CREATURES.items():
-        if not names or name in wanted:
-            yield Model(name, *generated_creature.creature(count))
-    for name in TUBES:
-        if name in wanted or (tubes and not names):
+    """The models of these names, or the usual ones, and with `messy` and `tubes` those too. Tells what isn't there."""
+    paths = {path.stem: path for folder in ("models", "messy") for path in mesh_files.model_paths(folder)}
+    wanted = [*(names or USUAL)]
+    if messy:
+        wanted += [path.stem for path in mesh_files.model_paths("messy")]
+    if tubes:
+        wanted += TUBES
+    for name in dict.fromkeys(wanted):
+        if name in paths:
+            yield Model(name, *mesh_files.read_triangles(paths[name]))
+        elif name in CREATURES:
+            yield Model(name, *generated_creature.creature(CREATURES[name]))
+        elif name in TUBES:
             yield Model(name, *tube_like(name), (ENDS,))
-    known = {*(path.stem for path in paths), *CREATURES, *TUBES}
-    for name in wanted:
-        if name not in known:
-            print(f"skipped: {name}, since there is no model of that name; there are: {', '.join(sorted(known))}")
+        else:
+            reporting.missing(f"the model {name}")
 
 
 def tube_like(name):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blender_tests.support import mesh_files
-from native.benchmarks import generated_meshes, rigid, shape_metrics
+from native.benchmarks import generated_meshes, reporting, rigid, shape_metrics
 from native.benchmarks.peers.job import KEEP, RESTART, Job
 from native.benchmarks.table1_cases import Edges
 
@@ -32,7 +32,7 @@ def pose_sets(names, anchor_count, thin_out=1):
             continue
         path = mesh_files.DATA / "poses" / f"{name}.npz"
         if not path.exists():
-            print(f"skipped: {name}, since there is no {path.name} in the shared data")
+            reporting.missing(f"poses/{path.name}")
             continue
         data = np.load(path)
         rest, faces = data["rest"].astype(float), data["faces"].astype(np.int32)
@@ -52,7 +52,7 @@ def handles(name):
     """(job, kinds (n,)) of handles/`name`: 0 fixed, 1 free, 2 moved by the given matrix; None where it is missing."""
     folder = mesh_files.DATA / "handles"
     if not (folder / f"{name}.off").exists():
-        print(f"skipped: {name}, since there is no folder {folder.name} in the shared data")
+        reporting.missing(f"{folder.name}/{name}.off")
         return None
     vertices, faces = mesh_files.read_triangles(folder / f"{name}.off")
     kinds = np.loadtxt(folder / f"{name}.sel", comments="#").ravel().astype(int)

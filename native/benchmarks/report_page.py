@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes docs/benchmarks.md and its plots from what the benchmarks left as JSON.
 
-Arguments: the folder with the JSON, the page, the folder of its pictures. What was not run is named at the end of the
-page.
+Arguments: the folder with the JSON, the page, the folder of its pictures. A section tells what was missing in it, the
+end of the page which benchmarks were. `--names` prints the benchmarks in the order of the page.
 """
 
 import json
@@ -155,6 +155,8 @@ def cell(value):
     """A number with three digits, a count with its thousands, or text."""
     if isinstance(value, float):
         return f"{value:.3g}" if abs(value) < 1000 else f"{value:,.0f}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, int):
         return f"{value:,}"
     return str(value).replace("|", "\\|")
@@ -183,6 +185,8 @@ def section_lines(section, content, first, picture):
         lines += ["", f"![{section.heading}: plots of the table below](pictures/{picture.name})"]
     for table in content["tables"]:
         lines += ["", *table_lines(table, section.without)]
+    if content.get("missing"):
+        lines += ["", textwrap.fill(f"Missing: {'; '.join(content['missing'])}.", WIDTH)]
     return lines
 
 
@@ -201,10 +205,13 @@ def main(folder, page, pictures):
             shutil.copyfile(plot, pictures / plot.name)
     missing = [f"`{section.name}`" for section in SECTIONS if section not in found]
     if missing:
-        lines += ["", f"Not in this run: {', '.join(missing)}."]
+        lines += ["", f"Not in this run, since they failed or lacked their data: {', '.join(missing)}."]
     page.write_text("\n".join(lines) + "\n")
     print(f"page: {page} of {len(found)} benchmarks")
 
 
 if __name__ == "__main__":
-    main(*map(pathlib.Path, sys.argv[1:4]))
+    if sys.argv[1:] == ["--names"]:
+        print(*(section.name for section in SECTIONS))
+    else:
+        main(*map(pathlib.Path, sys.argv[1:4]))

@@ -51,10 +51,17 @@ def stolen():
 
 
 _TABLES = []
+_MISSING = []
+
+
+def missing(text):
+    """Prints what can't be measured here, and keeps it for the JSON of the next report()."""
+    print(f"missing: {text}")
+    _MISSING.append(text)
 
 
 def report(title, columns, rows, json_path):
-    """Prints a table, and writes it as JSON with those that this benchmark reported before.
+    """Prints a table, and writes it as JSON with those that this benchmark reported before and what is missing.
 
     columns: names; rows: lists of values in their order.
     """
@@ -66,7 +73,7 @@ def report(title, columns, rows, json_path):
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     if json_path:
         _TABLES.append({"title": title, "columns": columns, "rows": rows})
-        content = {"machine": place, "date": today, "tables": _TABLES}
+        content = {"machine": place, "date": today, "tables": _TABLES, "missing": _MISSING}
         json_path.parent.mkdir(parents=True, exist_ok=True)
         json_path.write_text(json.dumps(content, indent=1) + "\n")
 
