@@ -31,6 +31,7 @@ from addon.solver.core.prediction import Prediction
 from blender_tests.support import mesh_files
 from native.benchmarks import drag_cases, generated_creature, reporting, shape_metrics
 from native.benchmarks.peers import job as jobs
+from native.benchmarks.peers import methods
 
 SIZES = (50_000, 200_000, 1_000_000)
 REAL_MODEL, SUBDIVISIONS = "armadillo_14k.obj", (1, 2, 3)
@@ -130,13 +131,16 @@ def rms(differences):
 
 
 def run(model, setup, threads):
-    """One row, measured in another process."""
+    """One row, measured in another process; None where that fails."""
     with tempfile.TemporaryDirectory() as folder:
         job = drag_cases.job(model, setup, FRAMES)
         jobs.write(job, pathlib.Path(folder))
         command = [sys.executable, __file__, "--case", folder, "--threads", str(threads)]
-        printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    return {"model": model.name, "vertices": len(model.vertices), "anchors": setup, **json.loads(printed)}
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        reporting.missing(f"{model.name}, {len(model.vertices):,}, {setup}: {methods.last_line(done.stderr)}")
+        return None
+    return {"model": model.name, "vertices": len(model.vertices), "anchors": setup, **json.loads(done.stdout)}
 
 
 def goal_lines(rows):
@@ -182,9 +186,10 @@ def main():
     rows = []
     for model in models(arguments.sizes):
         for setup in arguments.setups:
-            rows.append(run(model, setup, arguments.threads))
-            row = rows[-1]
-            print(f"{row['model']}, {row['vertices']:,}, {setup}: bind {row['bind s']:.2f} s", flush=True)
+            row = run(model, setup, arguments.threads)
+            if row:
+                rows.append(row)
+                print(f"{row['model']}, {row['vertices']:,}, {setup}: bind {row['bind s']:.2f} s", flush=True)
     table = [[row[column] for column in COLUMNS] for row in rows]
     reporting.report("binding and dragging by size", COLUMNS, table, arguments.json)
     print("\n".join(goal_lines(rows)))
