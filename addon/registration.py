@@ -10,9 +10,9 @@ from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import base, overlay
 
-#: Each is a folder with a room.py. Without its line, and its folder, the rest goes on working. HOOKS says what it hangs
-#: into lists of the shared rooms and into Blender's menus: (list or menu, item); register() and unregister() do what is
-#: left, where there is something.
+#: Each is a folder with a room.py. Deleting the folder and the line here takes the room out. Its HOOKS are what it adds
+#: to lists of the shared rooms and to Blender's menus: (list or menu, item). Its register() and unregister(), if it has
+#: them, do the rest.
 ROOMS = tuple(
     importlib.import_module(f"{__package__}.{name}.room")
     for name in (
@@ -27,12 +27,12 @@ ROOMS = tuple(
 
 CLASSES = (preferences.MEANVALUE_AP_preferences, *(cls for room in ROOMS for cls in room.CLASSES))
 
-#: A class that is registered as long as a copy of the add-on is on, and the module that has it.
+#: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.
 MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
 
 
 def _require_only_copy():
-    """A second one, as an extension beside a legacy add-on, would take away the classes of the first with its own."""
+    """@throws RuntimeError if another copy is on (an extension beside a legacy one): its classes would be replaced."""
     mark = getattr(bpy.types, MARK, None)
     package = mark.__module__.removesuffix(MARK_MODULE) if mark else __package__
     if package != __package__:

@@ -8,13 +8,13 @@ import bpy
 from .. import compat
 from . import object_model, views
 
-#: How long is read at a time, and how long Blender is left alone between.
+#: How long one slice of reading takes, and the pause after it.
 SLICE_SECONDS = 0.01
 PAUSE_SECONDS = 0.001
 
 
 def finished(obj, kind):
-    """The finished reading of `obj`; None while it is read, then the 3D Views are drawn again once it is there.
+    """The reading of `obj` if it is finished. Else None: it is read on, and then the 3D Views are drawn again.
 
     In the background, where nothing is drawn, it is read at once.
     """
@@ -27,8 +27,8 @@ def finished(obj, kind):
 
 
 def look_again_when_quiet():
-    """What is shown was edited. Blender has no reason of its own to draw when it has been left alone for a moment."""
-    if not bpy.app.timers.is_registered(_read_on):  # or it is read right now
+    """After an edit: reads again what is shown, once no edit came for a moment. Blender would not draw it by itself."""
+    if not bpy.app.timers.is_registered(_read_on):  # if it is, reading goes on already
         _schedule(object_model.QUIET_SECONDS)
 
 
@@ -38,7 +38,10 @@ def stop():
 
 
 def _schedule(seconds):
-    """Timers are never called in the background, and one left over keeps the bpy module of 4.5 from ending."""
+    """Has _read_on() called after so many seconds.
+
+    Not in the background: timers are never called there, and one left over keeps the bpy module of 4.5 from ending.
+    """
     stop()
     if not bpy.app.background:
         bpy.app.timers.register(_read_on, first_interval=seconds)
@@ -64,7 +67,7 @@ def _read_on():
 
 
 def _goes_on(obj, model, seconds):
-    """Returns whether all is read and compared."""
+    """Reads and compares for about `seconds`. Returns whether all is done."""
     if model.reading is None:  # it was dropped, or left to a follower
         model.read_anew()
     while model.read_on(obj, seconds) and model.is_unchecked:

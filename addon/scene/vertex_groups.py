@@ -14,7 +14,7 @@ from . import shape_keys
 #: Vertices that are read before the clock is looked at: some 5 ms with four groups at each.
 SLICE = 5000
 
-#: How finely the weights that we write differ. Painted ones in Blender are shown with as many colors.
+#: Weights that the add-on writes have this many steps, as many as Blender has colors for painted ones.
 WEIGHT_STEPS = 255
 
 
@@ -79,7 +79,8 @@ def members(obj, names):
 
 
 def full_members(obj, name):
-    """Vertex indices of those that the group has in full: without what subdividing put between these and others."""
+    """Indices of the vertices with the group's largest weight: without those that subdividing made between them and
+    others."""
     found = weights(obj, [name]).get(name, np.zeros(1))
     return np.flatnonzero((found > 0.0) & (found > found.max(initial=0.0) - 1e-6)).astype(np.int32)
 
@@ -96,7 +97,7 @@ def require_listed(obj, name):
 
 
 def active_name(obj):
-    """Of the active group; "" if there is none."""
+    """Name of the active group; "" if there is none."""
     return obj.vertex_groups.active.name if obj.vertex_groups.active is not None else ""
 
 
@@ -118,7 +119,7 @@ def make(obj, name):
 
 
 def _bone_names(obj):
-    """Of all armatures that deform the object."""
+    """Names of the bones of all armatures that deform the object."""
     armatures = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
     return [bone.name for each in armatures if each and each.type == 'ARMATURE' for bone in each.data.bones]
 

@@ -15,9 +15,10 @@ _running = set()
 
 
 class Job:
-    """Goes through `work(execution)`, a generator of native Tasks, each of which it waits for before it goes on.
+    """Runs `work(execution)`, a generator of native Tasks: each Task has to finish before the generator goes on.
 
-    The caller looks at it from time to time: that is when it goes on. What it is `of` is for the caller to know.
+    It goes on only while the caller looks at the job, by `is_finished`, wait() or result(). `of` is the caller's own
+    note of what the job is for.
     """
 
     def __init__(self, work, of=None):
@@ -41,6 +42,7 @@ class Job:
 
     @property
     def is_finished(self):
+        """Whether the work is over. Goes on with it if a Task is finished."""
         while self._task is not None and self._task.finished:
             self._go_on()
         return self._is_over

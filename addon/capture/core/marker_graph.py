@@ -13,7 +13,7 @@ from .gaps import distance_variation
 
 #: Markers that make a cell with one whose place on the body is unknown.
 NEAREST = 5
-#: How much farther a marker counts as whose distance varies (standard deviation).
+#: A marker counts as farther by this many times the standard deviation of its distance.
 TOGETHER = 20.0
 #: Rows of frames that are worked on at once: some megabytes.
 CHUNK = 512
@@ -23,7 +23,7 @@ CHUNK = 512
 class MarkerGraph:
     """c cells of at most k of m markers, and e edges."""
 
-    #: (c, k) marker numbers; where a cell has less than k, its first again, with weight 0.
+    #: (c, k) marker numbers. A smaller cell is filled up with its first one, at weight 0.
     members: np.ndarray
     #: (c, k) 1 or 0.
     weights: np.ndarray
@@ -53,10 +53,10 @@ class MarkerGraph:
 
 
 def marker_graph(reference, landmarks, markers):
-    """The MarkerGraph whose cells are the segments of the body (landmarks.py). Each marker of none has a cell with the
-    NEAREST that move with it.
+    """The MarkerGraph whose cells are the segments of the body (landmarks.py). A marker that is in none gets a cell of
+    its own, with the NEAREST markers that move with it.
 
-    reference  (m, 3); landmarks  m names or None; markers  (f, m, 3), by which is seen what moves together.
+    reference  (m, 3); landmarks  m names or None; markers  (f, m, 3), which tell what moves together.
     """
     near = np.linalg.norm(reference[:, None] - reference[None], axis=2)
     variation = distance_variation(markers)
@@ -84,7 +84,7 @@ def marker_graph(reference, landmarks, markers):
 
 
 def _join(owners, cells_of, distances):
-    """Adds to {edge: its cell} the shortest edges that join what these leave in several parts."""
+    """Adds the shortest edges that join all markers into one graph. owners: {edge: its cell}."""
     while (part := parts(np.array(list(owners), int).reshape(-1, 2), len(distances))).any():
         apart = np.where(part[:, None] != part[None], distances, np.inf)
         first, second = (int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))

@@ -9,15 +9,15 @@ from ...scene import mesh_arrays, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from ..core import region_growth, welding
 
-#: Share of Size over which a handle of Grab itself reaches. The mesh turns with it where that is more than a point.
+#: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
 HANDLE_SHARE = 0.15
 
-#: Surroundings reach over so many edges at least, whatever Size says: where nothing is free nothing can follow.
+#: However small Size is, surroundings reach over this many edges, or no vertex would be free to follow.
 LEAST_EDGES = 2.5
 
 
 def require_own_group(obj):
-    """@throws SceneError if what is written to the region would change a handle."""
+    """@throws SceneError if the region is the vertex group of a handle, which writing to the region would change."""
     name = obj.meanvalue.roi_group
     if name in obj.meanvalue.handles:
         raise SceneError(
@@ -37,7 +37,7 @@ def ensure_group(obj):
 
 
 def own_group(obj):
-    """As ensure_group(), never the artist's own group: a new one takes its place in the settings."""
+    """As ensure_group(), but if the region is the artist's own group, a new one takes its place in the settings."""
     settings = obj.meanvalue
     if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
         settings.roi_group = settings.made_region = vertex_groups.make(obj, ids.REGION_GROUP).name
@@ -65,12 +65,12 @@ def weights(obj):
 
 
 def copies(obj):
-    """n int, the lowest numbered copy of each vertex by Merge Distance; None if nothing is merged."""
+    """n int: for each vertex the lowest index of those merged with it by Merge Distance; None if nothing is merged."""
     return welding.copies(shape_keys.rest_positions(obj.data), obj.meanvalue.merge_distance)
 
 
 def copies_of(obj, vertex):
-    """Numbers of the vertices that are one with `vertex`, itself the first of them."""
+    """Indices of the vertices that are merged with `vertex`, and that itself as the first."""
     first = copies(obj)
     if first is None:
         return [vertex]
@@ -88,16 +88,16 @@ class Surface:
             self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])
 
     def longest_edge(self):
-        """At the seeds."""
+        """Length of the longest edge at a seed; 0 without edges."""
         own = self.edges[np.isin(self.edges, self.seeds).any(axis=1)]
         return np.linalg.norm(self.rest[own[:, 0]] - self.rest[own[:, 1]], axis=1).max(initial=0.0)
 
     def distances(self, limit):
-        """n float64: from the seeds over the rest shape; infinite beyond `limit`."""
+        """n float64: how far each vertex is from the seeds, over the rest shape; infinite beyond `limit`."""
         return self.of_mesh(region_growth.distances(self.edges, self.rest, self.seeds, limit))
 
     def of_mesh(self, values):
-        """What was found of the merged vertices, for all copies of each."""
+        """Values of the merged vertices, given to all copies of each."""
         return values if self._first is None else values[self._first]
 
 
@@ -111,24 +111,24 @@ def handle_members(obj, name):
 
 
 def write(obj, weights):
-    """The region is exactly `weights` (n bool, or n float from 0 to 1) from here on; the artist's own group stays."""
+    """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed."""
     vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
     obj.meanvalue.roi_invert = False
 
 
 def radius(obj, size):
-    """Length of the share `size` of the mesh's size."""
+    """`size`, a share of the diagonal of the mesh at rest, as a length."""
     return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
 
 
 def shown_size(obj):
-    """Of the mesh's box, modifiers and all: quick, for what is only shown."""
+    """The diagonal of the mesh's box with its modifiers: quick to get, for what is only shown."""
     return float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
 
 
 def around(obj, *handles):
-    """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. The more, the nearer they are; and
-    loose parts that lie whole within that, as eyes in a head, which follow."""
+    """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. Nearer vertices have more. Loose
+    parts that lie completely within that, as eyes in a head, have 1."""
     found = np.zeros(len(obj.data.vertices))
     members = vertex_groups.members(obj, [handle.name for handle in handles if handle.size > 0.0])
     for handle in handles:
@@ -147,8 +147,8 @@ def _falloff(obj, seeds, distance):
 
 
 def without(obj, handle, weights):
-    """Weights of the region, n float, without the surroundings of one handle. All of them, if they are not what the
-    handles' sizes make of it: what the artist painted there is kept."""
+    """The region's `weights` (n float) without the surroundings of one handle. They stay as they are if the artist has
+    painted there: if they differ from what the sizes of the handles give."""
     own = around(obj, handle)
     others = around(obj, *(other for other in obj.meanvalue.handles if other != handle))
     is_own = own > 0.0
@@ -157,8 +157,8 @@ def without(obj, handle, weights):
 
 
 def let_go(obj, handle):
-    """Takes the surroundings of a handle that is to be removed out of a region that was made for handles; the region is
-    gone with the last of them."""
+    """Takes the surroundings of a handle, before it is removed, out of a region that the add-on made. The region goes
+    with the last of its handles."""
     settings = obj.meanvalue
     is_ours = settings.roi_group in obj.vertex_groups and settings.roi_group == settings.made_region
     if handle.size == 0.0 or not is_ours or obj.data.is_editmode:

@@ -8,7 +8,7 @@ def tinted_faces(triangles, face_corners, face_starts, region, pieces=0):
     """(vertices, corners): the triangles of the faces whose corners all lie in the region.
 
     triangles  m x 3 vertex indices, face after face, k - 2 for a face of k corners, as Blender has them
-    pieces     of a subdivided mesh: the quads that each corner of a face became; its triangles are two for each
+    pieces     of a subdivided mesh: how many quads each corner of a face became, each of two triangles; else 0
     face_corners, face_starts  vertex of every face corner, and where each face begins in it
     region     n bool
 
@@ -26,9 +26,10 @@ def tinted_faces(triangles, face_corners, face_starts, region, pieces=0):
 
 
 def freedom_of_pieces(freedom, vertices, positions, quads, face_corners, face_starts):
-    """`freedom` of the mesh's own vertices, which come first, at the tinted `vertices` of its subdivided mesh: between
-    those of the tinted face that each is a piece of, the nearer the more.
+    """How free the tinted `vertices` of a subdivided mesh are: the mean over the corners of the face that each is a
+    piece of, in which nearer corners count more.
 
+    freedom    of the mesh's own vertices, which are the first of the subdivided mesh
     positions  of all vertices, k x 3; quads  all corners of the pieces
     """
     sizes = np.diff(np.append(face_starts, len(face_corners)))

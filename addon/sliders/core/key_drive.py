@@ -45,12 +45,12 @@ class DriveInput:
 
     @property
     def handles(self):
-        """K: number of the handle that each anchor belongs to, itself or by what it mirrors."""
+        """K: number of the handle that each anchor, or what it mirrors, belongs to."""
         handles = self.bind_input.handles
         return np.concatenate([handles, *(handles[seen] for seen, _, _, _ in self._images)])
 
     def targets(self, positions):
-        """(..., K, 3) for (..., k, 3) of the handles' anchors."""
+        """(..., K, 3) targets of all anchors, made of those of the handles' anchors, (..., k, 3)."""
         images = (positions[..., seen, :] @ matrix.T + vector for seen, _, matrix, vector in self._images)
         return np.concatenate([positions, *images], axis=-2)
 

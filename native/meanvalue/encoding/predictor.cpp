@@ -33,7 +33,7 @@ Vector3 steep_offset(const EncodedRing& ring, const PositionsView& positions) {
 /// F_i and what its derivatives by all ring vertices have in common.
 class RingLinearisation {
   public:
-    /// @param keep is called with each k and dl_k/dD_k: where T_k points, less what the normal takes away.
+    /// @param keep is called with each k and dl_k/dD_k: the direction of T_k, less its part along the normal.
     template <typename Keep>
     RingLinearisation(const EncodedRing& ring, const PositionsView& positions, const Keep& keep)
         : ring_(ring),
@@ -62,7 +62,7 @@ class RingLinearisation {
         }
     }
 
-    /// Before the first block().
+    /// Must be called before the first block().
     void prepare_blocks() {
         if (plane_.length == 0.0) return;
         // dF/dn = s I + n tilt^T; dn = ((I - n n^T) dN - n softening^2 spread / length dspread) / length

@@ -9,12 +9,12 @@
 namespace meanvalue {
 namespace {
 
+// About one for each limb and joint of a figure. More of them follow the anchors' noise.
+constexpr Index kFunctions = 12;
 // How far a function reaches, over the mean distance of a vertex from the second nearest center: with a smaller one
 // there are steps between functions, with a larger one they are alike.
-// Functions: about one for each limb and joint of a figure. More of them follow the anchors' noise.
-constexpr Index kFunctions = 12;
 constexpr double kReach = 1.7;
-// At least so many times the distance of any vertex from the nearest center: somewhere each has a function.
+// It reaches at least this many times the largest distance of a vertex from its nearest center: each vertex has one.
 constexpr double kReachOverFarthest = 1.2;
 
 /// Distances along edges from `source` (Dijkstra 1959); in a straight line to vertices that no edges lead to.

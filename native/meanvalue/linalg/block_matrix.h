@@ -12,8 +12,8 @@ namespace meanvalue {
 /// 64-bit offsets: the factor of a million free vertices has more than 2^31 entries.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
-/// The lower triangle, by columns, with whole blocks on the diagonal: what is above the diagonal inside those
-/// must be ignored by whoever reads matrix().
+/// The lower triangle, by columns. Blocks on the diagonal are whole: who reads matrix() must ignore what these hold
+/// above the diagonal.
 class BlockMatrix {
     static constexpr int kSize = 3;
 
@@ -26,7 +26,7 @@ class BlockMatrix {
     /// Where block (row, column) is, for add(). @pre row >= column and the block is in the pattern.
     std::int64_t find(Index row, Index column) const;
 
-    /// @throws Cancelled. The values are unset until then.
+    /// Until the first call the values are unset. @throws Cancelled.
     void set_zero(const Execution& execution);
     void add(std::int64_t position, Index column, const Matrix3& block) {
         const std::int64_t stride = kSize * (block_start_[column + 1] - block_start_[column]);
@@ -42,7 +42,7 @@ class BlockMatrix {
     void add_identity_multiples(const std::vector<double>& values, double scale);
     void add_to_diagonal(double amount);
 
-    /// A matrix with the same blocks, of which none is set. @throws Cancelled.
+    /// A matrix with the same pattern, its values unset. @throws Cancelled.
     BlockMatrix with_same_pattern(const Execution& execution) const;
 
     const SparseMatrix& matrix() const { return matrix_; }

@@ -19,9 +19,9 @@ struct EliminationTask {
     std::vector<Index> children;  // ascending
 };
 
-/// The same for any number of threads. Small forests are one task.
-/// @param parents of each node, itself before its parent in postorder; -1 for a root. @param weights of each node:
-/// work.
+/// Cuts a forest into tasks, the same for any number of threads. A small forest is one task.
+/// @param parents of each node, which comes before its parent (postorder); -1 for a root.
+/// @param weights the work at each node.
 std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
                                             const std::vector<std::int64_t>& weights);
 
@@ -43,7 +43,7 @@ class TaskRunner {
     };
     struct Shared;
 
-    std::vector<Job> ready_;  // the last in is the first out; kept, so that a run allocates nothing but its threads
+    std::vector<Job> ready_;  // a stack; kept, so that a run allocates nothing but its threads
     std::vector<Index> unfinished_children_;
 };
 

@@ -8,7 +8,9 @@
 namespace meanvalue {
 namespace {
 
-/// @param fixed the numbers of the fixed vertices and soft anchors of one part.
+/// How many of a similarity's seven dimensions the fixed vertices and soft anchors of one part leave open: all seven
+/// without any, four if they are in one place, one if they are in one line (the turn about it), else none.
+/// @param fixed their numbers.
 int undetermined_dimensions(const PositionsView& positions, const std::vector<Index>& fixed) {
     if (fixed.empty()) return 7;
     const Vector3 first = positions.row(fixed.front());

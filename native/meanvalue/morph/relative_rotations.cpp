@@ -19,7 +19,7 @@ namespace {
 constexpr int kMostSteps = 4;
 constexpr double kStepTolerance = 1e-3;  // radians; the next step is far below
 
-/// The vector of a rotation by a small angle, times the sine of that over itself.
+/// The axis of a rotation by a small angle, as long as the sine of that.
 Vector3 small_rotation(const Quaternion& q) {
     return 2.0 * q.w() * q.vec();
 }
@@ -35,7 +35,7 @@ RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<V
     connect(execution);
 }
 
-/// The mean rotations of patches, and those between neighbors.
+/// Finds the mean rotation of each patch in each shape, and the rotations between neighboring patches.
 void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Matrix3> sums(patch_count_ * count, Matrix3::Zero());
@@ -66,6 +66,7 @@ void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execut
     }
 }
 
+/// Finds how each cell is rotated against the patches around it.
 void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vectors, int threads,
                                                const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
@@ -81,7 +82,8 @@ void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vecto
     });
 }
 
-/// From patch to patch over the neighbors that are rotated the most alike, beginning at the least rotated one.
+/// Makes a spanning tree of each part, over the neighbors that are rotated the most alike, from its least rotated
+/// patch.
 void RelativeRotations::connect(const Execution& execution) {
     const auto count = static_cast<std::size_t>(shape_count_);
     const auto largest = [count](const Vector3* vectors) {
@@ -120,8 +122,8 @@ void RelativeRotations::connect(const Execution& execution) {
     }
 }
 
-/// The rotations that have all rotations between neighbors of the tree, each part of the mesh rotated as a whole to
-/// how its patches are in space. From there to the best is not far, however far limbs are bent.
+/// Where the Gauss-Newton steps start: rotations with exactly the given ones between neighbors of the tree, each part
+/// of the mesh turned as a whole to fit `in_space` best. The best is near, however far limbs are bent.
 std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
                                                   const std::vector<Quaternion>& in_space) const {
     std::vector<Quaternion> found = in_space;
@@ -164,7 +166,7 @@ void RelativeRotations::factorise(const Execution& execution) {
         throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
 }
 
-/// One Gauss-Newton step. @return the largest angle.
+/// One Gauss-Newton step. @return the largest angle by which it turns a patch.
 double RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                                const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
@@ -197,7 +199,7 @@ double RelativeRotations::step(const std::vector<Quaternion>& between, std::vect
     return largest;
 }
 
-/// @param shares patches x k: their weights.
+/// The rotations of the patches in between. @param shares patches x shapes: the weights of each patch.
 std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vector<double>& shares,
                                                                 const std::vector<Quaternion>& frames,
                                                                 const Execution& execution) const {
@@ -224,8 +226,8 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
     return found;
 }
 
-/// By what a vertex is rotated further where its weights are not those of its patches.
-/// @param mean of these in between.
+/// The further rotation of a vertex whose weights differ from those of its patches.
+/// @param mean the rotation of these patches in between.
 Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                                           const std::vector<Quaternion>& frames, const Quaternion& mean) const {
     const auto count = static_cast<std::size_t>(shape_count_);

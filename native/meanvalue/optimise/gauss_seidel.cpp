@@ -14,7 +14,7 @@ namespace {
 // An eigenvalue below this share of the trace is rounding: the rows say nothing of that direction.
 constexpr double kLeastShare = 1e-9;
 
-/// Whether the rows of others leave a vertex without a row of its own open in some direction.
+/// Whether a vertex without a row of its own can move in some direction in which no other row changes.
 bool is_singular(const Matrix3& diagonal) {
     const Eigen::SelfAdjointEigenSolver<Matrix3> solver(diagonal, Eigen::EigenvaluesOnly);
     return !(solver.eigenvalues()(0) > kLeastShare * diagonal.trace());
@@ -45,7 +45,7 @@ GaussSeidel::GaussSeidel(const Encoding& encoding, const Unknowns& unknowns, con
 void GaussSeidel::find_colours(const Execution& execution) {
     // Greedy in the order of the numbers: the lowest colour that no vertex with a common row has.
     std::vector<Index> colour(unknowns_.free.size(), -1);
-    std::vector<Index> taken_by;  // per colour: the number that saw it taken
+    std::vector<Index> taken_by;  // per colour: the last number that found it taken
     WorkMeter work(execution);
     for (std::size_t number = 0; number < colour.size(); ++number) {
         const auto mark = [&](Index vertex) {

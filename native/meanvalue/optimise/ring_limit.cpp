@@ -9,8 +9,8 @@ namespace {
 
 // Shorter rings share most of their pairs with their neighbors'.
 constexpr Index kLongRing = 100;
-// Pairs in all long rings: some 3 GB in the matrices and factors of the fast method, three times as much in those of
-// full.
+// Of pairs in all long rings together: they take some 3 GB in the matrices and factors of method fast, three times as
+// much in those of full.
 constexpr double kMostPairs = 3e7;
 
 }  // namespace
@@ -35,7 +35,7 @@ void require_short_rings(const std::vector<Index>& vertices, const std::vector<I
 
 void require_short_rings(const Region& region, const std::vector<char>& is_fixed, const Execution& execution) {
     execution.check();
-    // Each neighbor but for the ends of an open fan is named by two triangles.
+    // Two triangles count each neighbor, but only one those at the ends of an open fan.
     std::vector<Index> neighbours(region.vertices.size(), 0);
     for (Index f = 0; f < region.faces.rows(); ++f) {
         for (int k = 0; k < 3; ++k) {
