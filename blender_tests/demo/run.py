@@ -21,6 +21,7 @@ from demo.errors import DemoError
 from demo.example import run as example_run
 from demo.face import run as face_run
 from demo.lift import run as lift_run
+from demo.mirror import run as mirror_run
 from demo.morph import run as morph_run
 from demo.photograph import photograph
 from demo.rig import run as rig_run
@@ -35,6 +36,7 @@ SPECIAL = {
     "example": example_run,
     "face": face_run,
     "lift": lift_run,
+    "mirror": mirror_run,
 }
 
 

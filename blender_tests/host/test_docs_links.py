@@ -3,6 +3,7 @@
 
 import pathlib
 import re
+import sys
 import unicodedata
 
 import pytest
@@ -101,3 +102,11 @@ def test_the_site_fetches_nothing_from_elsewhere():
     assert not re.search(r"https?://|extra_javascript|extra_css", settings)
     for page in DOCS.rglob("*.md"):
         assert not re.search(r"!\[[^]]*\]\(https?:|<(script|img|link|iframe)\b", prose(page.read_text("utf-8"))), page
+
+
+def test_every_picture_has_what_makes_it():
+    sys.path.insert(0, str(SITE.parent))
+    import guide_pictures
+
+    made = {f"{name}.jpg" for name in guide_pictures.PICTURES} | set(guide_pictures.DEMOS) | guide_pictures.OTHERS
+    assert made == {path.name for path in (DOCS / "pictures").iterdir()}

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cuts the pictures of the interface that the guide shows out of the screenshots of the interface tests.
+"""Writes the pictures of docs/pictures, and says which command makes each of them.
 
-Arguments: the folder of the screenshots, that of the pictures. `--scenarios` prints what makes the screenshots, for -k.
+    guide_pictures.py interface SCREENSHOTS PICTURES    cut out of what the interface tests left (./dev docs pictures)
+    guide_pictures.py demos DEMOS PICTURES              made smaller of what demos left (./dev docs pictures demos)
+    guide_pictures.py scenarios                         names, for -k, of what makes the screenshots
 """
 
 import pathlib
+import shutil
 import sys
 
 #: Picture: scenario that takes it, screenshot, and what is cut out (left, upper, right, lower), in its pixels.
@@ -19,19 +22,58 @@ PICTURES = {
     "panel_bake": ("guide_pictures-bake", "guide_bake", SIDEBAR),
     "panel_values": ("guide_pictures-values", "guide_values", SIDEBAR),
 }
+#: Picture: demo (`./dev demo NAME`, "" without a name) that makes it, its file in build/demo, and how wide it becomes.
+DEMOS = {
+    "octopus.jpg": ("", "octopus_before_after.png", 1400),
+    "octopus_lift.webp": ("lift", "octopus_lift.webp", None),
+    "corrective.jpg": ("rig", "rig_walker.png", 1500),
+    "own_rig.jpg": ("example", "example_walker.png", 1200),
+    "mirror_seam.jpg": ("mirror", "mirror_seam.png", 1600),
+    "morph_arms.jpg": ("morph", "morph_arms.png", 1600),
+    "morph_creatures.jpg": ("morph", "morph_creatures.png", 1400),
+    "morph_graft.jpg": ("morph", "morph_graft.png", 1200),
+    "walk.jpg": ("walk", "walk_strip.png", 1600),
+    "walk_short_legs.jpg": ("walk", "walk_short_legs_strip.png", 1600),
+    "sit.jpg": ("walk", "sit_strip.png", 1600),
+    "face.jpg": ("face", "face_noisy.png", 1500),
+    "face_values.svg": ("face", "face_noisy.svg", None),
+}
+#: Written by `./dev docs pictures`, by `./dev bench report`, and by hand.
+OTHERS = {"house.svg", "speed.png", "quality.png", "ring.svg"}
 QUALITY = 80
 
 
-def main(screenshots, pictures):
+def cut(screenshots, pictures):
+    """Of the interface."""
+    for name, (_scenario, screenshot, box) in PICTURES.items():
+        save(opened(screenshots / f"{screenshot}.png").crop(box), pictures / f"{name}.jpg")
+
+
+def take(demos, pictures):
+    """Of those demos that were run; tells the others."""
+    for name, (demo, file, width) in DEMOS.items():
+        source = demos / file
+        if not source.exists():
+            print(f"{name}: first run ./dev demo {demo}".rstrip())
+        elif width is None:
+            shutil.copyfile(source, pictures / name)
+        else:
+            picture = opened(source)
+            save(picture.resize((width, round(width * picture.height / picture.width))), pictures / name)
+
+
+def opened(path):
     from PIL import Image
 
-    for name, (_scenario, screenshot, box) in PICTURES.items():
-        picture = Image.open(screenshots / f"{screenshot}.png").convert("RGB").crop(box)
-        picture.save(pictures / f"{name}.jpg", quality=QUALITY, optimize=True, progressive=True)
+    return Image.open(path).convert("RGB")
+
+
+def save(picture, path):
+    picture.save(path, quality=QUALITY, optimize=True, progressive=True)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--scenarios"]:
+    if sys.argv[1:] == ["scenarios"]:
         print(" or ".join(dict.fromkeys(scenario for scenario, _screenshot, _box in PICTURES.values())))
     else:
-        main(*map(pathlib.Path, sys.argv[1:3]))
+        {"interface": cut, "demos": take}[sys.argv[1]](*map(pathlib.Path, sys.argv[2:4]))

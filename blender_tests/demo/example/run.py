@@ -38,7 +38,8 @@ def one(figure, words, empty_scene):
     count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
     bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"example_{figure.stem}.blend"), check_existing=False)
     path = words.output / f"example_{figure.stem}.png"
-    draw(path, obj, [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]], words)
+    shown = [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]]
+    draw_shapes(path, obj, shown, stage.Picture(560, 900, words.samples, words.engine), np.concatenate(shown))
     rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
     for name, (without, with_them) in errors(figure, truths, shapes).items():
         rows.append((name, f"{without:.2%} without, {with_them:.2%} with: {with_them / without:.2f} of it"))
@@ -117,13 +118,13 @@ def rms(shape, truth):
     return float(np.sqrt(((shape - truth) ** 2).sum(axis=1).mean()))
 
 
-def draw(path, obj, shapes, words):
-    """Skinning, the pose without and with examples, side by side."""
+def draw_shapes(path, obj, shapes, picture, points):
+    """Shapes of the result key side by side; points: (p, 3) that the picture shows."""
     for each in bpy.data.objects:
         each.hide_render = each != obj
     key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
-    picture = stage.Picture(560, 900, words.samples, words.engine)
-    stage.set_stage(np.concatenate(shapes), picture, 25.0, 8.0, margin=0.02)
+    key.value = 1.0
+    stage.set_stage(points, picture, 25.0, 8.0, margin=0.02)
     drawn = None
     for shape in shapes:
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
