@@ -37,6 +37,13 @@ def test_tables_in_order_with_what_is_missing(tmp_path):
     assert page.count("Missing: Open3D: not installed; poses/samba.npz.") == 2
 
 
+def test_what_failed_half_way_says_so(tmp_path):
+    (tmp_path / "bind.unfinished").touch()
+    page = written(tmp_path, bind="M", speed="M")
+    assert page.count("This benchmark failed") == 1
+    assert page.index("`./dev bench bind`") < page.index("This benchmark failed")
+
+
 def test_another_machine_is_named(tmp_path):
     assert "Run on N, 2 cores." in written(tmp_path, speed="M", bind="N")
 

@@ -177,10 +177,12 @@ def place(content):
     return content["machine"].split(" cores")[0] + " cores"
 
 
-def section_lines(section, content, first, picture):
+def section_lines(section, content, first, picture, is_finished):
     lines = ["", f"## {section.heading}: `./dev bench {section.name}`", "", textwrap.fill(section.caption, WIDTH)]
     if place(content) != place(first):
         lines += ["", f"Run on {place(content)}."]
+    if not is_finished:
+        lines += ["", "*This benchmark failed; the tables have what it measured until then.*"]
     if picture:
         lines += ["", f"![{section.heading}: plots of the table below](pictures/{picture.name})"]
     for table in content["tables"]:
@@ -200,7 +202,8 @@ def main(folder, page, pictures):
     lines = HEAD.format(machine=place(first), dates=" to ".join(dict.fromkeys((dates[0], dates[-1])))).splitlines()
     for section, content in found.items():
         plot = folder / f"{section.name}.png"
-        lines += section_lines(section, content, first, plot if plot.exists() else None)
+        is_finished = not (folder / f"{section.name}.unfinished").exists()
+        lines += section_lines(section, content, first, plot if plot.exists() else None, is_finished)
         if plot.exists():
             shutil.copyfile(plot, pictures / plot.name)
     missing = [f"`{section.name}`" for section in SECTIONS if section not in found]
