@@ -35,10 +35,7 @@ def blocks(words, empty_scene):
     obj, shoulder = half_figure()
     rest = pose.positions(obj)
     raise_hand(obj, shoulder)
-    alone = solved(obj)
-    mirror = obj.modifiers.new("Mirror", 'MIRROR')
-    mirror.use_clip = True
-    whole = solved(obj)
+    alone, whole = both_poses(obj)
     bpy.ops.wm.save_as_mainfile(filepath=str(words.output / "mirror_seam.blend"), check_existing=False)
     path = words.output / "mirror_seam.png"
     seen = np.concatenate([shape * (side, 1.0, 1.0) for shape in (rest, alone, whole) for side in (1.0, -1.0)])
@@ -52,9 +49,9 @@ def blocks(words, empty_scene):
     return [report.block("the walking figure's left half", rows)]
 
 
-def half_figure():
+def half_figure(spacing=SPACING):
     """(mesh object, shoulder (3,)): the walking figure's left half, cut in the plane X = 0."""
-    body = figure_body.body(spacing=SPACING)
+    body = figure_body.body(spacing=spacing)
     joints, _ = walking_figure.upright(1, body.legs)
     obj = scene_mesh.new_object("Half", body.vertices, body.quads)
     cut = bmesh.new()
@@ -87,6 +84,13 @@ def raise_hand(obj, shoulder):
     turn = centre @ Matrix.Rotation(np.radians(-RAISED_DEG), 4, 'Y') @ centre.inverted()
     control.matrix_world = turn @ control.matrix_world
     bpy.context.view_layer.update()
+
+
+def both_poses(obj):
+    """[(n, 3), (n, 3)]: the half as it is posed alone, and below a Mirror modifier, which it has from then on."""
+    alone = solved(obj)
+    obj.modifiers.new("Mirror", 'MIRROR').use_clip = True
+    return [alone, solved(obj)]
 
 
 def solved(obj):
