@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Marker sets of the artist's own: which place of the body a marker of that name is on. Kept with Blender's presets."""
+"""Marker sets that the artist saved, kept with Blender's presets: for names of markers, their places on the body."""
 
 import pathlib
 
@@ -18,7 +18,7 @@ def folder(create=False):
 
 
 def own_sets():
-    """({name: marker set}, notes on files that are none)."""
+    """({name: marker set}, notes on files that cannot be read)."""
     sets, notes = {}, []
     where = folder()
     for path in sorted(where.glob("*.json")) if where else ():
@@ -31,8 +31,8 @@ def own_sets():
 
 
 def recognised(capture, labels):
-    """(landmark or None for each of the labels, words on what the names tell, notes): as the artist says, else by the
-    names."""
+    """(landmark or None for each of the labels, words on what the names tell, notes). What the artist chose in the list
+    comes before what the name tells. @throws SceneError if that is no landmark."""
     sets, notes = own_sets()
     recognition = marker_sets.recognise(labels, sets)
     own = [capture.pairs[label].landmark if label in capture.pairs else "" for label in labels]
@@ -49,7 +49,7 @@ def recognised(capture, labels):
 
 
 def save(name, capture):
-    """Writes the landmarks of all markers as a set `name`. Returns its path. @throws MeanValueError."""
+    """Writes the landmarks of all markers as a set `name`. Returns (its path, count). @throws MeanValueError."""
     labels = [pair.name for pair in capture.pairs]
     places, _, _ = recognised(capture, labels)
     known = {label: place for label, place in zip(labels, places, strict=True) if place}

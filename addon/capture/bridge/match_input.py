@@ -13,7 +13,7 @@ from ...scene.core import motion
 from ...scene.core.surface import Surface
 from . import marker_pairs, marker_presets, takes
 
-#: Of MEANVALUE_PG_capture.
+#: Settings of MEANVALUE_PG_capture that matching goes by.
 OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "spline_seconds", "rigid_seconds")
 
 
@@ -25,13 +25,13 @@ class MatchInput:
     own: np.ndarray  # (n, 3) the same vertices in the object's space
     to_world: np.ndarray  # 4 x 4 between them
     recording: takes.Recording  # the take
-    standing: takes.Recording  # that which has the reference, which may be the same
+    standing: takes.Recording  # the take with the reference frame, which may be the same
     used: frozenset  # markers that are ticked
     landmarks: dict  # {marker: landmark or None}
     recognition: str  # how the names of the markers were known, in words
     fixed: dict  # {marker: vertex} to be kept
     picked: frozenset  # the names of those of them that were picked by hand
-    to_object: np.ndarray | None  # 4 x 4 from the markers' world to the object's space, to be kept, or as `align` says
+    to_object: np.ndarray | None  # 4 x 4 from the markers' world to the object's space; None: as `align` says
     options: SimpleNamespace  # OPTIONS, and cutoff_hz, which is None without a filter
     notes: list  # sentences
 
@@ -49,7 +49,7 @@ def problem(obj):
 
 
 def reference_frame(obj):
-    """Of the scene."""
+    """The frame of the scene in which the person stands as the mesh does."""
     return obj.meanvalue.capture.reference_frame
 
 

@@ -10,10 +10,10 @@ from gpu_extras.batch import batch_for_shader
 from ... import compat
 from ..bridge import overlay_data
 
-#: Size of an anchor at interface scale 1: what is posed is to be seen between them.
+#: Size of an anchor at interface scale 1: small, since the surface has to show between them.
 POINT_PIXELS = 4.0
 
-#: Of what moves freely.
+#: Color and opacity of what moves freely.
 TINT = (0.25, 0.6, 1.0, 0.2)
 
 #: How much closer to the eye things are drawn than they are, so that they are not half hidden by the surface that they
@@ -21,7 +21,7 @@ TINT = (0.25, 0.6, 1.0, 0.2)
 TINT_CLOSER = 0.0025
 POINTS_CLOSER = 0.005
 
-#: Weight Paint shows the region itself.
+#: Where the region is tinted. Weight Paint shows it itself.
 TINTED_MODES = {'OBJECT'}
 
 _batches = None  # of the look that was drawn last
@@ -92,7 +92,7 @@ def _make_batches(look, former):
 
 
 def _vertex_buffer(look):
-    """Of the region: the fainter, the less it moves.
+    """Places and colors of the region's vertices: the less a vertex moves, the fainter it is.
 
     The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2.
     """

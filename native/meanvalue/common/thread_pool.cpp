@@ -16,8 +16,8 @@
 namespace meanvalue {
 namespace {
 
-// A thread that waits asks so often before it sleeps, for some 50 microseconds: parallel calls follow close upon
-// another within an iteration, and waking a sleeping thread takes as long.
+// How often a waiting thread asks before it sleeps, some 50 microseconds: within an iteration parallel calls follow
+// each other closely, and waking a thread takes as long.
 constexpr int kPatience = 4000;
 
 void relax() {
@@ -53,8 +53,7 @@ thread_local bool counts_as_working = false;
 
 class ThreadPool {
   public:
-    /// Has `work` done on this thread, and on others that have nothing to do or may be started, until all of it is.
-    /// @param most of these others.
+    /// Calls `work` on this thread and on at most `most` others, idle ones or new ones. Returns when all are done.
     void run(int most, const std::function<void()>& work) {
         const bool is_outermost = !std::exchange(counts_as_working, true);
         if (is_outermost) working_.fetch_add(1, std::memory_order_relaxed);
@@ -87,7 +86,7 @@ class ThreadPool {
     }
 
   private:
-    /// A thread, from its own side.
+    /// A thread of the pool, and what it is sent to.
     struct Member {
         std::mutex mutex;
         std::condition_variable awake;
@@ -142,7 +141,7 @@ class ThreadPool {
         return sent;
     }
 
-    /// Spares those that have not begun yet: all is taken.
+    /// Takes the call back from members that have not begun it: no work is left for them.
     void call_back(const std::vector<Member*>& sent, Call& call) {
         for (Member* const member : sent) {
             Call* expected = &call;
@@ -186,7 +185,7 @@ class ThreadPool {
         }
     }
 
-    /// Where members are sent that have work of their own.
+    /// Stands for a member's own detached work: no call of a caller who waits.
     static Call& detached_work() {
         static const std::function<void()> none;
         static Call call{none};
@@ -194,7 +193,7 @@ class ThreadPool {
     }
 
     std::mutex mutex_;
-    std::vector<Member*> idle_;  // the last to be done first: its memory is warm
+    std::vector<Member*> idle_;  // a stack: the memory of the last one is warm
     std::size_t threads_ = 0;
     int cores_ = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     std::atomic<int> working_{0};  // callers, and the threads that help them

@@ -33,7 +33,7 @@ std::uint64_t spread_bits(std::uint64_t bits) {
     return (bits | bits << 2) & 0x1249249249249249ULL;
 }
 
-/// A region of these vertices, in this order, and faces.
+/// The region of `vertices`, in this order, and of the faces `kept`.
 Region taken_from(const PositionsView& positions, const TrianglesView& faces, const std::vector<char>& is_fixed,
                   std::vector<Index> vertices, const std::vector<Index>& kept, const Execution& execution) {
     Region region;
@@ -55,7 +55,7 @@ Region taken_from(const PositionsView& positions, const TrianglesView& faces, co
     return region;
 }
 
-// Patches of anchors larger than this share of what may move are cut out of it.
+// A patch of anchors is cut out if it has more than one in so many of the vertices that may move.
 constexpr std::ptrdiff_t kPatchesPerRegion = 64;
 
 }  // namespace

@@ -46,8 +46,8 @@ class HandlePaths {
         Positions ends_;  // of the fixed vertices, piece by piece
         double largest_angle_rad_ = 0.0;
     };
-    /// From rest. @param is_free n flags, or empty: those that have no place go along with their piece where that is
-    ///        rigid, else to where they are in `placed_at`.
+    /// The path from rest to `placed_at`. @param is_free n flags of the vertices without a place of their own, or
+    ///        empty: these go along with their piece if it is rigid, else to where `placed_at` has them.
     Path path_to(const PositionsView& placed_at, const std::vector<char>& is_free = {}) const;
 
   private:
