@@ -28,8 +28,8 @@ ITERATIONS = 10  # of CGAL, a frame
 CGAL_FRAMES = 3  # in each of its two runs
 LEAST_STEPS = drag_cases.FRAMES_FROM + 2
 COLD_COLUMNS = [
-    "model", "vertices", "set-up", "anchors", "bind s", "first s", "energy", "iterations", "last s", "energy",
-    "iterations", "CGAL s", "first/CGAL", "last/CGAL",
+    "model", "vertices", "set-up", "anchors", "bind s", "first s", "first energy", "first iterations", "last s",
+    "last energy", "last iterations", "CGAL s", "first/CGAL", "last/CGAL",
 ]  # fmt: skip
 WARM_COLUMNS = [
     "model", "vertices", "set-up", "frames", "median ms", "worst ms", "iterations", "most", "converged", "CGAL ms",

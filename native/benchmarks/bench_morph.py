@@ -147,7 +147,7 @@ def speed_rows():
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=pathlib.Path)
-    parser.add_argument("--pairs", type=int, default=10, help="pairs of shapes of each set (default: 10)")
+    parser.add_argument("--pairs", type=int, default=5, help="pairs of shapes of each set (default: 5)")
     arguments = parser.parse_args()
     tables = {
         "Against an armature: rms error over the diagonal, of the others as shares of the linear blend's": (
