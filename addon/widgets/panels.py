@@ -11,8 +11,8 @@ LETTER_WIDTH = 7.0
 MARGIN_WIDTH = 60.0
 SHORTEST_LINE = 16
 
-#: Rooms hang here what comes first in the main panel while it is so: functions of (layout, context, object) that return
-#: whether the rest of the panel is not to be drawn.
+#: What rooms draw at the top of the main panel: functions of (layout, context, object). If one returns True, the rest
+#: of the panel is not drawn.
 tops = []
 
 

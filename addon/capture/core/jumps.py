@@ -8,18 +8,18 @@ import numpy as np
 
 from . import units
 
-#: A path may miss where its own speed leads by this share of the body's extent (1 cm for an adult), and by this many
-#: times what most of its steps do, in the whole take or among the NEARBY steps before and after: takes that lost single
-#: frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
+#: How far a step may be off from where the path's own speed leads: FREE of the body's extent (1 cm for an adult), and
+#: USUAL times what most steps are off, in the whole take or among the NEARBY steps before and after. Takes that lost
+#: single frames (of 120 Hz every sixth, say) stutter everywhere, and that is no fault of a marker.
 FREE, USUAL, NEARBY = 0.008, 4.0, 20
 #: Gaps of less samples are judged by speeds, longer ones by neighbors.
 SHORT = 4
-#: Steps that speeds, and samples that distances, are the medians of.
+#: Speeds are medians of so many steps, distances of so many samples.
 WINDOW = 3
 #: Seconds between the reappearances of two markers that may have been swapped meanwhile, and until a spike is over.
 TOGETHER, SPIKE = 0.5, 0.25
-#: Neighbors whose distance to a marker is compared before and after a gap, as many of them as must have changed, and
-#: the samples between which their distances change as they usually do.
+#: The distances of a marker to PARTNERS neighbors are compared before and after a gap. AGREEING of them must differ by
+#: more than they usually change within LAG samples.
 PARTNERS, AGREEING, LAG = 5, 3, 10
 
 
@@ -37,7 +37,7 @@ class Finding:
 
 @dataclass
 class _Break:
-    """Between samples `last` and `first` (the next good one) marker's path does not go on."""
+    """A marker's path does not go on from sample `last` to `first`, the next good one."""
 
     marker: int
     last: int
@@ -105,15 +105,15 @@ def _breaks(positions, marker, size):
 
 
 def _median(values):
-    """Of the first axis, without NaN; NaN where there is nothing else."""
+    """The median over the first axis, without NaN; NaN where there is nothing else."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.nanmedian(values, axis=0)
 
 
 def _has_other_neighbours(positions, marker, lasts, firsts, free):
-    """(g,) bool of g gaps of a marker: its distances to those that are most rigid with it are others from samples
-    `firsts` (g,) on than until `lasts` (g,).
+    """(g,) bool of g gaps of a marker: whether its distances to the neighbors that are most rigid with it differ before
+    the gap, until samples `lasts` (g,), and after it, from samples `firsts` (g,) on.
 
     Rigid are those whose distances change little within LAG samples, not over the take: after a swap that is never
     undone they all do.

@@ -8,10 +8,10 @@ from ...scene.core.key_shapes import KeyShapes, Slider
 
 
 def keys(obj):
-    """The Sliders of these keys; empty where nothing is posed like them.
+    """A Slider for each shape key that is an example; none if Pose Like is Nothing.
 
-    Own Shape Keys are without muted keys, what the add-on itself writes, and poses that were kept, as long as they have
-    their first name. Cheap enough for drawing.
+    Own Shape Keys leaves out muted keys, what the add-on itself writes, and kept poses that nobody has renamed. Quick
+    enough for drawing.
     """
     found, like = obj.data.shape_keys, obj.meanvalue.pose_like
     if like == ids.LIKE_NOTHING or found is None:

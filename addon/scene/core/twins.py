@@ -8,11 +8,11 @@ from . import fixed_points, mirror_planes
 from .nearness import near_pairs
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
-#: meshes are symmetric to rounding: what that pairs is out of the way for the wider search.
+#: meshes are symmetric to rounding, so the first pairs most vertices, and few are left for the wider search.
 TOLERANCES = (1e-6, 1e-3)
 
-#: Where more vertices than this are so near to one another, which is whose image is not looked for: each would be
-#: compared with all others.
+#: If more vertices than this are so near to one another, their images are not looked for: each would be compared with
+#: all others.
 MOST_TOGETHER = 64
 
 
@@ -20,8 +20,8 @@ MOST_TOGETHER = 64
 def find(rest, face_corners, face_starts, plane):
     """n int32: the mirror image of each vertex, itself for one in the plane, -1 where there is none.
 
-    As of a BindInput; plane: unit normal and distance. Each is its twin's twin. Among vertices at one place (split
-    edges) the faces around decide.
+    The arrays are those of a BindInput; plane: unit normal and distance. Each is its twin's twin. Among vertices at one
+    place (split edges) the faces around decide.
     """
     points = rest.astype(np.float64)
     size = fixed_points.bounding_box_diagonal(points)

@@ -9,7 +9,7 @@ offsets  (k, 3) float64 from the vertices at rest to what is followed, which go 
 frames   (f,) float64 of the scene
 targets  (f, k, 3) float64 in the object's space, NaN where one is missing
 weights  (f, k) float64, 0 to 1, or None
-pairs    (f, 2, 4, 4) float64: in what the head moves, as of head_motion
+pairs    (f, 2, 4, 4) float64: the two matrices of head_motion.pair() in each frame
 notes    sentences
 """
 

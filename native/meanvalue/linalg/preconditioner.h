@@ -14,8 +14,8 @@ namespace meanvalue {
 /// costs a third of a solve when it is first corrected, then little: columns of the inverse are kept.
 class DiagonalDowndate {
   public:
-    /// @param rows of the factored matrix. @param amounts for each, from 0: what comes off its diagonal; less than
-    /// what was put there. Nothing is done where both are as they were. At most the 256 rows with the largest
+    /// @param rows of the factored matrix. @param amounts for each row, 0 or more: what is taken off its diagonal,
+    /// less than what was put there. Does nothing if both are as before. At most the 256 rows with the largest
     /// amounts count (fewer where the matrix is large: 128 MB of columns).
     /// @throws Cancelled, and then corrects nothing.
     void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,

@@ -10,11 +10,11 @@
 
 namespace meanvalue {
 
-/// The columns of a factor in supernodes, which are consecutive columns with the same rows. A supernode comes
-/// directly after those that depend on it alone (a postorder of the elimination tree).
+/// The columns of a factor in supernodes, which are consecutive columns with the same rows. Supernodes are in a
+/// postorder of the elimination tree: each comes directly after its descendants.
 struct SupernodalPattern {
-    /// Columns of a supernode at most; wider ones are a chain of several. What a block of rows and these columns take
-    /// stays in the processor's first cache.
+    /// Columns of a supernode at most; wider ones are a chain of several. A block of rows of so many columns fits the
+    /// processor's first cache.
     static constexpr Index kMostColumns = 192;
 
     std::vector<Index> order;                   // the row of the matrix that is row k of the factor

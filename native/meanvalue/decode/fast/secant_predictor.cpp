@@ -9,12 +9,12 @@ namespace {
 
 // A handle that moves rigidly has six degrees of freedom.
 constexpr std::size_t kMostChanges = 6;
-// A change adds a direction where so much of it is not in later ones: less is what rounding and the stop of a solve
-// leave, blown up.
+// A change adds a direction if at least this share of it is not in later changes. Less is mostly rounding and what
+// the end of a solve left, and would be blown up.
 constexpr double kLeastNew = 0.3;
-// Along each direction, no farther than so many times what it was seen to go.
+// A prediction goes at most so many times as far along a direction as the change went.
 constexpr double kFarthest = 3.0;
-// The largest share of a move that may be left over: beyond it the initial Hessian predicts more.
+// The largest share of a move that the changes may leave unexplained: beyond it the initial Hessian predicts better.
 constexpr double kMostLeft = 0.5;
 
 double dot(const Positions& a, const Positions& b) {
