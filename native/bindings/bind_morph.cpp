@@ -90,28 +90,6 @@ Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weig
             }};
 }
 
-std::vector<Encoding> encode_shapes(const py::object& shapes, const py::object& faces, int threads,
-                                    const SharedExecution& execution) {
-    const std::vector<SharedPositions> owned = own_shapes(shapes, "shapes");
-    const Triangles triangles = own_faces(faces, owned.size());
-    const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    if (owned.empty()) throw ::meanvalue::InvalidInput("shapes is empty; give one or more");
-    std::vector<PositionsView> views;
-    for (std::size_t k = 0; k < owned.size(); ++k) {
-        const std::string name = message("shapes[", k, "]");
-        if (owned[k]->rows() != owned[0]->rows()) {
-            throw ::meanvalue::InvalidInput(message(name, " has ", owned[k]->rows(), " vertices, but shapes[0] has ",
-                                                    owned[0]->rows(), "; all must be of one mesh"));
-        }
-        require_finite(*owned[k], name.c_str());
-        require_moderate_extent(*owned[k]);
-        views.emplace_back(*owned[k]);
-    }
-    const OneRings rings = collect_one_rings(static_cast<Index>(owned[0]->rows()), triangles, *held);
-    return encode_alike(rings, views, thread_count(threads), *held);
-}
-
 Encoding blend_encodings(const std::vector<std::shared_ptr<Encoding>>& encodings, const py::object& weights,
                          int threads, const SharedExecution& execution) {
     const auto shapes = static_cast<Index>(encodings.size());
@@ -143,8 +121,6 @@ void bind_morph(py::module_& module) {
         .def_readonly("shape_count", &MorphReport::shape_count)
         .def_readonly("vertex_count", &MorphReport::vertex_count)
         .def_readonly("component_count", &MorphReport::component_count, "int: parts of the mesh; each is placed.")
-        .def_readonly("guarded", &MorphReport::guarded,
-                      "list of int: vertices encoded by a fallback rule, in all shapes since one needs it.")
         .def_readonly("timings", &MorphReport::timings, "dict: stage -> seconds.")
         .def_readonly("bytes", &MorphReport::bytes, "int: held.");
 
@@ -189,20 +165,14 @@ void bind_morph(py::module_& module) {
         py::arg("weights"), py::kw_only(), py::arg("parts") = py::none(), py::arg("execution") = py::none());
     morpher.def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,
                                   "MorphReport: what bind found, and what it cost.");
-    module.def("encode_alike", &encode_shapes, py::arg("shapes"), py::arg("faces"), py::kw_only(),
-               py::arg("threads") = 0, py::arg("execution") = py::none(),
-               "Encode several shapes of one mesh in one layout, so that blend() may average them.\n\n"
-               "As encode(), but a vertex that needs a fallback rule in one shape has it in all.\n"
-               "shapes: (k, n, 3), or a sequence of (n, 3). Returns a list of k Encodings.\n"
-               "Raises InvalidInput that names what is wrong, Cancelled.");
     module.def(
         "blend", &blend_encodings, py::arg("encodings"), py::arg("weights"), py::kw_only(), py::arg("threads") = 0,
         py::arg("execution") = py::none(),
         "The average of encodings (paper, section 4.3).\n\n"
-        "encodings: k of them in one layout, by encode_alike(), or by encode() where no vertex needs a\n"
-        "fallback rule. weights: (k,) or (k, n), as of Morpher.solve().\n"
-        "The w_ij are averaged as they are, the b_ij by their angles, which are bounded; row i by the weights of\n"
-        "vertex i. Returns an Encoding. Raises InvalidInput, Cancelled.");
+        "encodings: k of them, by encode(), of shapes of one mesh. weights: (k,) or (k, n), as of Morpher.solve().\n"
+        "The coefficients of equation 13 are averaged, row i by the weights of vertex i. Returns an Encoding, whose\n"
+        "`guarded` is that of the first. Raises InvalidInput that names a vertex whose rings differ, as where one\n"
+        "shape has no area; Cancelled.");
 }
 
 }  // namespace meanvalue::bindings

@@ -9,7 +9,6 @@
 #include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/morph/rotation_vectors.h"
-#include "meanvalue/morph/unwrap_rotations.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {
@@ -19,9 +18,11 @@ struct Shapes {
     Triangles faces;
     std::vector<Positions> positions;
 
-    std::vector<PositionsView> views() const { return {positions.begin(), positions.end()}; }
     std::vector<Encoding> encodings(Execution& execution) const {
-        return encode_alike(rings_of({"", positions[0], faces}), views(), 1, execution);
+        std::vector<Encoding> result;
+        for (const Positions& shape : positions)
+            result.push_back(encode(rings_of({"", positions[0], faces}), shape, 1, execution));
+        return result;
     }
 };
 
@@ -33,47 +34,22 @@ TEST(RotationVectors, ComeBackOnTheirBranch) {
     const Vector3 axis = Vector3(1.0, -2.0, 0.5).normalized();
     for (double angle = -9.0; angle < 9.0; angle += 0.37) {
         const Vector3 vector = angle * axis;
-        const Matrix3 rotation = rotation_by(vector);
-        EXPECT_LT((rotation - Eigen::AngleAxisd(angle, axis).toRotationMatrix()).norm(), 1e-13);
+        const Quaternion rotation = quaternion_by(vector);
+        const Matrix3 matrix = rotation.toRotationMatrix();
+        EXPECT_LT((matrix - Eigen::AngleAxisd(angle, axis).toRotationMatrix()).norm(), 1e-13);
         EXPECT_LT((rotation_vector(rotation, 1.02 * vector) - vector).norm(), 1e-9) << angle;
-        EXPECT_LT((rotation_by(rotation_vector(rotation)) - rotation).norm(), 1e-9);
+        EXPECT_LT((quaternion_by(rotation_vector(rotation)).toRotationMatrix() - matrix).norm(), 1e-9);
         EXPECT_LE(rotation_vector(rotation).norm(), 3.1416);
     }
-    EXPECT_TRUE(rotation_vector(Matrix3::Identity()).isZero(0.0));
-    EXPECT_NEAR(rotation_vector(Matrix3::Identity(), 6.0 * axis).norm(), 2.0 * std::acos(-1.0), 1e-12);
-}
-
-TEST(RotationVectors, AreCentredSoThatTheySumToZeroOnTheirBranches) {
-    std::vector<Vector3> vectors = {{0.3, -0.2, 0.1}, {5.0, 0.5, -1.0}, {1.0, 2.0, 3.0}};
-    std::vector<Matrix3> rotations;
-    rotations.reserve(vectors.size());
-    for (const Vector3& vector : vectors)
-        rotations.push_back(rotation_by(vector));
-    const std::vector<Matrix3> before = rotations;
-    const Matrix3 factor = centre_rotations(rotations.data(), vectors.data(), 3);
-    EXPECT_LT((vectors[0] + vectors[1] + vectors[2]).norm(), 1e-9);
-    for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_LT((rotations[k] * factor - before[k]).norm(), 1e-12);
-        EXPECT_LT((rotation_by(vectors[k]) - rotations[k]).norm(), 1e-12);
-    }
-}
-
-TEST(UnwrapRotations, FollowATubeThatIsTwistedByTwoTurns) {
-    const Mesh mesh = capped_tube(8, 60, 10.0);
-    const auto angle_at = [&](Index v) { return 0.4 * kPi * (mesh.vertices(v, 2) - 1.0); };
-    std::vector<Matrix3> rotations;  // the first shape stays as it is
-    for (Index v = 0; v < mesh.vertex_count(); ++v)
-        rotations.insert(rotations.end(), {Matrix3::Identity(), rotation_by(angle_at(v) * Vector3::UnitZ())});
-    const std::vector<Vector3> vectors = unwrap_rotations(encoding_of(mesh), rotations, 2, Execution());
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        EXPECT_TRUE(vectors[2 * v].isZero(0.0));
-        EXPECT_LT((vectors[2 * v + 1] - angle_at(v) * Vector3::UnitZ()).norm(), 1e-9) << v;
-    }
+    EXPECT_TRUE(rotation_vector(Quaternion::Identity()).isZero(0.0));
+    EXPECT_NEAR(rotation_vector(Quaternion::Identity(), 6.0 * axis).norm(), 2.0 * std::acos(-1.0), 1e-12);
 }
 
 TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
-    const Mesh mesh = joined(with_noise(torus(40, 20), 0.1, 1), triangle());  // which has no ring
-    const CellPatches patches(encoding_of(mesh), Execution());
+    Mesh mesh = with_noise(torus(40, 20), 0.1, 1);
+    mesh.vertices.conservativeResize(803, 3);  // the last three have no ring
+    mesh.vertices.bottomRows(3).setZero();
+    const CellPatches patches(rings_of(mesh), Execution());
     EXPECT_GT(patches.count(), 10);
     EXPECT_EQ(std::accumulate(patches.sizes.begin(), patches.sizes.end(), 0), 800);
     Index own_is_largest = 0;
@@ -96,21 +72,19 @@ TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
 
 TEST(CellAssembly, GivesBackAShapeFromItsEdgesAndTurnsItWithThem) {
     const Mesh mesh = with_noise(torus(30, 16), 0.1, 1);
-    const Encoding layout = encoding_of(mesh);
-    RestCells cells;
+    const OneRings rings = rings_of(mesh);
+    std::vector<Vector3> edges;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        for (Index k = layout.ring_offsets[v]; k < layout.ring_offsets[v + 1]; ++k)
-            cells.edges.emplace_back(mesh.vertices.row(v) - mesh.vertices.row(layout.ring[k]));
+        for (const Index* neighbour = rings.begin(v); neighbour != rings.end(v); ++neighbour)
+            edges.emplace_back(mesh.vertices.row(v) - mesh.vertices.row(*neighbour));
     }
-    std::vector<Index> all(mesh.vertex_count());
-    std::iota(all.begin(), all.end(), 0);
     Execution execution;
-    const CellAssembly assembly(layout, cells, {all}, InstructionSet::kFastest, 1, execution);
+    const CellAssembly assembly(rings, edges, InstructionSet::kFastest, 1, execution);
     const Quaternion rotation = quaternion_by({1.0, 2.0, -0.5});
     const auto solved = [&](int threads) {
         Positions positions = with_noise(mesh, 0.5, 2).vertices;
         const std::vector<Quaternion> rotations(mesh.vertex_count(), rotation);
-        assembly.solve(cells, rotations, threads, execution, positions);
+        assembly.solve(edges, rotations, threads, execution, positions);
         return positions;
     };
     const Positions found = solved(1);
@@ -150,25 +124,30 @@ TEST(Blend, GivesEachShapeBackAndItsRowsSumToOne) {
     }
 }
 
-TEST(Blend, AGuardedRingOfOneShapeIsGuardedInAll) {
-    // A flap of the second shape stands upright: its edges are steep there alone. One of the third has no area.
+TEST(Blend, ARingThatIsSteepInOneShapeIsSteepInTheBlend) {
+    // A flap of the second shape stands upright: its edges are steep there alone.
     const Mesh mesh = grid(7, 7, 0.0);
-    Shapes shapes{mesh.faces, {mesh.vertices, mesh.vertices, mesh.vertices}};
+    Shapes shapes{mesh.faces, {mesh.vertices, mesh.vertices}};
     shapes.positions[1].row(24) += Eigen::RowVector3d(0.0, 0.0, 40.0);
-    for (const Index v : {15, 16, 17, 18, 22, 23, 25, 26, 30, 31, 32, 33})
-        shapes.positions[2].row(v) = shapes.positions[2].row(24);
     Execution execution;
     const std::vector<Encoding> encodings = shapes.encodings(execution);
-    EXPECT_FALSE(encodings[0].guarded.empty());
-    for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_EQ(encodings[k].guarded, encodings[0].guarded);
-        EXPECT_EQ(encodings[k].steep_offset, encodings[0].steep_offset);
-        EXPECT_LT(largest_error(encodings[k], shapes.positions[k]), 1e-8);
+    EXPECT_NE(encodings[0].steep_offset, encodings[1].steep_offset);
+    for (std::size_t k = 0; k < 2; ++k) {
+        const ShapeWeights weights({k == 0 ? 1.0 : 0.0, k == 0 ? 0.0 : 1.0}, 2, 49);
+        const Encoding result = blend({&encodings[0], &encodings[1]}, weights, 1, execution);
+        EXPECT_LT(largest_error(result, shapes.positions[k]), 1e-8);
+        EXPECT_EQ(result.steep_offset, encodings[1].steep_offset);
     }
-    const ShapeWeights even({1.0, 1.0}, 2, 49);
-    EXPECT_NO_THROW(blend({&encodings[0], &encodings[1]}, even, 1, execution));
+}
+
+TEST(Blend, RefusesShapesWithOtherRings) {
+    const Mesh mesh = grid(7, 7, 0.0);
+    Mesh flat = mesh;  // one ring has no area, and is wider
+    for (const Index v : {15, 16, 17, 18, 22, 23, 25, 26, 30, 31, 32, 33})
+        flat.vertices.row(v) = flat.vertices.row(24);
     const Encoding first = encoding_of(mesh);
-    EXPECT_THROW(blend({&first, &encodings[1]}, even, 1, execution), InvalidInput);
+    const Encoding second = encoding_of(flat);
+    EXPECT_THROW(blend({&first, &second}, ShapeWeights({1.0, 1.0}, 2, 49), 1, Execution()), InvalidInput);
 }
 
 TEST(Morpher, IsInvariantUnderASimilarityOfAllShapesAndTheirOrder) {

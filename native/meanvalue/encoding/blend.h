@@ -9,11 +9,12 @@
 
 namespace meanvalue {
 
-/// Averages the weights w_ij, whose sums stay one, and the angles of the cotangents b_ij, which are bounded
-/// (docs/algorithm.md, "Blending"); row i by the weights of vertex i. One shape alone gives its encoding, to
-/// rounding.
-/// @param encodings one or more of the same layout, as encode_alike() makes them. The same bits for any `threads`.
-/// @throws InvalidInput that names the first vertex where the layouts differ; Cancelled.
+/// Averages the coefficients of equation 13: w_ij, whose sums stay one, and the factors of |v'_i - v'_j|; row i by
+/// the weights of vertex i. A ring that is steep in one shape has the steep form. One shape alone gives its encoding,
+/// to rounding.
+/// @param encodings one or more with the same rings. @return `guarded` is that of the first. The same bits for any
+/// `threads`.
+/// @throws InvalidInput that names the first vertex with other rings; Cancelled.
 Encoding blend(const std::vector<const Encoding*>& encodings, const ShapeWeights& weights, int threads,
                const Execution& execution);
 

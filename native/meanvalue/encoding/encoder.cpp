@@ -14,37 +14,21 @@ namespace {
 
 using RingReplacements = std::unordered_map<Index, std::vector<Index>>;
 
-using Shapes = std::vector<PositionsView>;
-
-bool spans_planes(const Shapes& shapes, const Index* ring, Index valence) {
-    return std::all_of(shapes.begin(), shapes.end(),
-                       [&](const PositionsView& shape) { return spans_a_plane(shape, ring, valence); });
-}
-
-/// A wider ring that spans a plane in all shapes, or an empty one.
-std::vector<Index> widened_ring(const OneRings& rings, const Shapes& shapes, Index vertex) {
-    for (const PositionsView& positions : shapes) {
-        std::vector<Index> ring = extended_ring(positions, rings, vertex);
-        if (!ring.empty() && spans_planes(shapes, ring.data(), static_cast<Index>(ring.size()))) return ring;
-    }
-    return {};
-}
-
-/// Rings for the vertices whose own ring spans no plane in one of the shapes; empty ones where no wider ring does
-/// either.
-RingReplacements replace_degenerate_rings(const OneRings& rings, const Shapes& shapes, int threads,
+/// Rings for the vertices whose own ring spans no plane; empty ones where no wider ring does either.
+RingReplacements replace_degenerate_rings(const OneRings& rings, const PositionsView& positions, int threads,
                                           const Execution& execution) {
     std::vector<char> degenerate(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            degenerate[v] = rings.valence(v) > 0 && !spans_planes(shapes, rings.begin(v), rings.valence(v)) ? 1 : 0;
+            degenerate[v] =
+                rings.valence(v) > 0 && !spans_a_plane(positions, rings.begin(v), rings.valence(v)) ? 1 : 0;
         }
     });
     RingReplacements replacements;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         if (!degenerate[v]) continue;
         execution.check();
-        replacements.emplace(v, widened_ring(rings, shapes, v));
+        replacements.emplace(v, extended_ring(positions, rings, v));
     }
     return replacements;
 }
@@ -71,11 +55,11 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
 }
 
 /// Fills the coefficients of one vertex whose ring is laid out; returns its GuardReason flags.
-std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, bool as_steep, Encoding& encoding) {
+std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encoding) {
     if (!encoding.predictable(vertex)) return kNotPredictable;
     const Index begin = encoding.ring_offsets[vertex];
     const Index valence = encoding.ring_offsets[vertex + 1] - begin;
-    const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence, as_steep);
+    const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence);
     if ((flags & kNotPredictable) != 0) return flags;
     std::copy_n(encoder.weights().begin(), valence, encoding.weights.begin() + begin);
     std::copy_n(encoder.cotangents().begin(), valence, encoding.cotangents.begin() + begin);
@@ -86,7 +70,7 @@ std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, bool as_steep, En
 
 /// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since offsets depend on those before; there are few.
 void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding) {
-    encode_vertex(encoder, vertex, true, encoding);
+    encode_vertex(encoder, vertex, encoding);
     encoding.steep_offset[vertex] = static_cast<Index>(encoding.steep_weights.size());
     const std::vector<double> steep = encoder.steep_weights();
     encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
@@ -117,57 +101,38 @@ void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& executi
     encoding.ring_offsets = std::move(offsets);
 }
 
-/// The flags of all shapes together, and in each encoding the coefficients of what is not steep in any.
-std::vector<std::uint8_t> fill_coefficients(const OneRings& rings, const Shapes& shapes, int threads,
-                                            const Execution& execution, std::vector<Encoding>& encodings) {
-    std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
-    for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
-        parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-            RingEncoder encoder(shapes[shape]);
-            for (Index v = begin; v < end; ++v) {
-                if (rings.kinds[v] != RingKind::kAbsent)
-                    flags[v] |= encode_vertex(encoder, v, false, encodings[shape]);
-            }
-        });
-    }
-    return flags;
-}
-
 }  // namespace
 
-std::vector<Encoding> encode_alike(const OneRings& rings, const Shapes& shapes, int threads, Execution& execution) {
+Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
     execution.begin_stage("encode");
-    const RingReplacements replacements = replace_degenerate_rings(rings, shapes, threads, execution);
-    std::vector<Encoding> encodings(shapes.size());
-    for (Encoding& encoding : encodings)
-        lay_out_rings(rings, replacements, execution, encoding);
-    std::vector<std::uint8_t> flags = fill_coefficients(rings, shapes, threads, execution, encodings);
+    const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
+    Encoding encoding;
+    lay_out_rings(rings, replacements, execution, encoding);
+    std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
+    parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        RingEncoder encoder(positions);
+        for (Index v = begin; v < end; ++v) {
+            if (rings.kinds[v] != RingKind::kAbsent) flags[v] = encode_vertex(encoder, v, encoding);
+        }
+    });
+    RingEncoder encoder(positions);
     bool all_predictable = true;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         execution.check_every(v);
         if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
-        if (encodings.front().predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
-        if ((flags[v] & kNotPredictable) != 0) all_predictable = false;
-    }
-    for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
-        Encoding& encoding = encodings[shape];
-        RingEncoder encoder(shapes[shape]);
-        for (Index v = 0; v < rings.vertex_count(); ++v) {
-            execution.check_every(v);
-            if (flags[v] == 0) continue;
-            if ((flags[v] & kSteepEdge) != 0 && (flags[v] & kNotPredictable) == 0)
-                append_steep_weights(encoder, v, encoding);
-            encoding.guarded.push_back(v);
-            encoding.guard_reasons.push_back(flags[v]);
+        if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
+        if (flags[v] == 0) continue;
+        if ((flags[v] & kNotPredictable) != 0) {
+            all_predictable = false;
+        } else if ((flags[v] & kSteepEdge) != 0) {
+            append_steep_weights(encoder, v, encoding);
         }
-        if (!all_predictable) drop_rings(flags, execution, encoding);
+        encoding.guarded.push_back(v);
+        encoding.guard_reasons.push_back(flags[v]);
     }
+    if (!all_predictable) drop_rings(flags, execution, encoding);
     execution.set_progress(1.0);
-    return encodings;
-}
-
-Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
-    return std::move(encode_alike(rings, {positions}, threads, execution).front());
+    return encoding;
 }
 
 }  // namespace meanvalue

@@ -1,8 +1,6 @@
 // Computes the mean-value encoding of a whole mesh: paper, section 2.1.
 #pragma once
 
-#include <vector>
-
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
@@ -16,11 +14,5 @@ namespace meanvalue {
 /// @param threads as given by thread_count(); the result is the same for any number.
 /// @throws Cancelled. Cost: linear; see docs/benchmarks.md.
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution);
-
-/// Several shapes of one mesh in one layout, so that their encodings may be averaged: a vertex whose ring one shape
-/// has flat or steep has the fallback in all of them, and one that a shape can't be encoded at in none.
-/// @param shapes at least one, n x 3 each. @return as many; their `guarded` is the same.
-std::vector<Encoding> encode_alike(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
-                                   Execution& execution);
 
 }  // namespace meanvalue

@@ -6,6 +6,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/rest_cells.h"
+#include "meanvalue/mesh/disjoint_sets.h"
 
 namespace meanvalue {
 namespace {
@@ -17,29 +18,28 @@ constexpr double kRimShare = 0.3;
 
 }  // namespace
 
-CellAssembly::CellAssembly(const Encoding& layout, const RestCells& cells,
-                           const std::vector<std::vector<Index>>& parts, InstructionSet instructions, int threads,
-                           const Execution& execution)
-    : layout_(layout), factor_(instructions) {
-    measure(cells, threads, execution);
+CellAssembly::CellAssembly(const OneRings& rings, const std::vector<Vector3>& edges, InstructionSet instructions,
+                           int threads, const Execution& execution)
+    : rings_(rings), factor_(instructions) {
+    measure(edges, threads, execution);
     index_uses(execution);
-    const SparseMatrix lower = matrix(parts, execution);
+    const SparseMatrix lower = matrix(execution);
     factor_.analyse(lower, execution, threads);
     if (!factor_.factorise(lower, execution, threads))
         throw SolverFailure(message("the Laplacian of ", lower.rows(), " vertices is not positive definite"));
 }
 
-void CellAssembly::measure(const RestCells& cells, int threads, const Execution& execution) {
-    spokes_.resize(layout_.ring.size());
-    rims_.resize(layout_.ring.size());
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+void CellAssembly::measure(const std::vector<Vector3>& edges, int threads, const Execution& execution) {
+    spokes_.resize(rings_.vertices.size());
+    rims_.resize(rings_.vertices.size());
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         std::vector<Spoke> spokes;
         for (Index v = begin; v < end; ++v) {
-            const Index first = layout_.ring_offsets[v];
-            const Index valence = layout_.ring_offsets[v + 1] - first;
+            const Index first = rings_.offsets[v];
+            const Index valence = rings_.valence(v);
             if (valence == 0) continue;
             spokes.resize(valence);
-            measure_spokes(cells.edges.data() + first, valence, spokes.data());
+            measure_spokes(edges.data() + first, valence, spokes.data());
             for (Index k = 0; k < valence; ++k) {
                 spokes_[first + k] = spokes[k].spoke;
                 rims_[first + k] = kRimShare * spokes[k].rim;
@@ -49,29 +49,31 @@ void CellAssembly::measure(const RestCells& cells, int threads, const Execution&
 }
 
 /// The lower triangle. The first vertex of each part is held: this fixes where the part is, and nothing else.
-SparseMatrix CellAssembly::matrix(const std::vector<std::vector<Index>>& parts, const Execution& execution) const {
-    const Index vertices = layout_.vertex_count();
+SparseMatrix CellAssembly::matrix(const Execution& execution) const {
+    const Index vertices = rings_.vertex_count();
+    DisjointSets parts(vertices);
     std::vector<double> diagonal(vertices, 0.0);
     std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
-    entries.reserve(2 * layout_.ring.size() + vertices);
+    entries.reserve(2 * rings_.vertices.size() + vertices);
     const auto add = [&](Index a, Index b, double weight) {
         diagonal[a] += weight;
         diagonal[b] += weight;
+        parts.join(a, b);
         entries.emplace_back(std::max(a, b), std::min(a, b), -weight);
     };
     for (Index v = 0; v < vertices; ++v) {
         execution.check_every(v);
-        const Index first = layout_.ring_offsets[v];
-        const Index last = layout_.ring_offsets[v + 1];
+        const Index first = rings_.offsets[v];
+        const Index last = rings_.offsets[v + 1];
         for (Index k = first; k < last; ++k) {
-            add(v, layout_.ring[k], spokes_[k]);
-            add(layout_.ring[k], layout_.ring[k + 1 == last ? first : k + 1], rims_[k]);
+            add(v, rings_.vertices[k], spokes_[k]);
+            add(rings_.vertices[k], rings_.vertices[k + 1 == last ? first : k + 1], rims_[k]);
         }
     }
-    for (const std::vector<Index>& part : parts)
-        diagonal[part.front()] *= 2.0;
-    for (Index v = 0; v < vertices; ++v)
-        entries.emplace_back(v, v, diagonal[v] > 0.0 ? diagonal[v] : 1.0);
+    for (Index v = 0; v < vertices; ++v) {
+        const double held = parts.root(v) == v ? 2.0 : 1.0;
+        entries.emplace_back(v, v, diagonal[v] > 0.0 ? held * diagonal[v] : 1.0);
+    }
     SparseMatrix lower(vertices, vertices);
     execution.check();
     lower.setFromTriplets(entries.begin(), entries.end());
@@ -80,28 +82,28 @@ SparseMatrix CellAssembly::matrix(const std::vector<std::vector<Index>>& parts, 
 }
 
 void CellAssembly::index_uses(const Execution& execution) {
-    use_start_.assign(layout_.vertex_count() + 1, 0);
-    for (const Index vertex : layout_.ring)
+    use_start_.assign(rings_.vertex_count() + 1, 0);
+    for (const Index vertex : rings_.vertices)
         ++use_start_[vertex + 1];
     std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
     execution.check();
-    uses_.resize(layout_.ring.size());
+    uses_.resize(rings_.vertices.size());
     std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
-    for (std::size_t place = 0; place < layout_.ring.size(); ++place)
-        uses_[next[layout_.ring[place]]++] = static_cast<Index>(place);
+    for (std::size_t place = 0; place < rings_.vertices.size(); ++place)
+        uses_[next[rings_.vertices[place]]++] = static_cast<Index>(place);
 }
 
 /// Minus the derivative of the energy of one row by its own vertex. @param shares receives the same by each ring
 /// vertex.
-Vector3 CellAssembly::pull_of(Index row, const RestCells& cells, const Matrix3& rotation, const Positions& positions,
-                              std::vector<Vector3>& missing, Vector3* shares) const {
-    const Index first = layout_.ring_offsets[row];
-    const Index valence = layout_.ring_offsets[row + 1] - first;
+Vector3 CellAssembly::pull_of(Index row, const std::vector<Vector3>& edges, const Matrix3& rotation,
+                              const Positions& positions, std::vector<Vector3>& missing, Vector3* shares) const {
+    const Index first = rings_.offsets[row];
+    const Index valence = rings_.valence(row);
     const Vector3 own = positions.row(row);
     missing.resize(valence);
     for (Index k = 0; k < valence; ++k) {
-        const Vector3 edge = own - Vector3(positions.row(layout_.ring[first + k]));
-        missing[k] = rotation * cells.edges[first + k] - edge;
+        const Vector3 edge = own - Vector3(positions.row(rings_.vertices[first + k]));
+        missing[k] = rotation * edges[first + k] - edge;
     }
     Vector3 pull = Vector3::Zero();
     for (Index k = 0; k < valence; ++k) {
@@ -115,18 +117,18 @@ Vector3 CellAssembly::pull_of(Index row, const RestCells& cells, const Matrix3& 
     return pull;
 }
 
-void CellAssembly::solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
+void CellAssembly::solve(const std::vector<Vector3>& edges, const std::vector<Quaternion>& rotations, int threads,
                          const Execution& execution, Positions& positions) const {
-    const Index vertices = layout_.vertex_count();
-    std::vector<Vector3> shares(layout_.ring.size());  // of each half-edge, for the vertex that it leads to
+    const Index vertices = rings_.vertex_count();
+    std::vector<Vector3> shares(rings_.vertices.size());  // of each half-edge, for the vertex that it leads to
     Positions sums(vertices, 3);
     SupernodalFactor::Workspace workspace;
     for (int pass = 0; pass < kPasses; ++pass) {
         parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
             std::vector<Vector3> missing;
             for (Index v = begin; v < end; ++v) {
-                sums.row(v) = pull_of(v, cells, rotations[v].toRotationMatrix(), positions, missing,
-                                      shares.data() + layout_.ring_offsets[v])
+                sums.row(v) = pull_of(v, edges, rotations[v].toRotationMatrix(), positions, missing,
+                                      shares.data() + rings_.offsets[v])
                                   .transpose();
             }
         });

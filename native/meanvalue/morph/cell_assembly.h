@@ -4,9 +4,8 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/encoding/encoding.h"
-#include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
@@ -15,28 +14,27 @@ namespace meanvalue {
 /// k) seen from each of their corners
 ///     sum_i sum_(j,k) s_ik |e_ik - t_ik|^2 + c_jk |(e_ij - t_ij) - (e_ik - t_ik)|^2,
 /// with cotangent weights of some average of the shapes, whose matrix is factored once.
-/// Poisson's equation for given rotations and lengths (Yu et al. 2004; Xu et al. 2005). Where each part is stays
-/// open.
+/// Poisson's equation for given rotations and lengths (Yu et al. 2004; Xu et al. 2005). Where each part of the mesh
+/// is stays open.
 class CellAssembly {
   public:
-    /// @param layout the rings, n. @param cells of the average. @param parts the vertices of each part of the mesh
-    /// that hangs together by rings. @pre layout outlives it. @throws Cancelled, SolverFailure.
-    CellAssembly(const Encoding& layout, const RestCells& cells, const std::vector<std::vector<Index>>& parts,
-                 InstructionSet instructions, int threads, const Execution& execution);
+    /// @param edges of all rings of the average. @pre rings outlive it. @throws Cancelled, SolverFailure.
+    CellAssembly(const OneRings& rings, const std::vector<Vector3>& edges, InstructionSet instructions, int threads,
+                 const Execution& execution);
 
-    /// @param cells with their edges; @param rotations the R_i, n; @param positions n x 3, any start; receives the
-    /// result. The same bits for any `threads`. @throws Cancelled.
-    void solve(const RestCells& cells, const std::vector<Quaternion>& rotations, int threads,
+    /// @param edges of all rings, each in its cell's own frame; @param rotations the R_i, n; @param positions n x 3,
+    /// any start; receives the result. The same bits for any `threads`. @throws Cancelled.
+    void solve(const std::vector<Vector3>& edges, const std::vector<Quaternion>& rotations, int threads,
                const Execution& execution, Positions& positions) const;
 
   private:
-    void measure(const RestCells& cells, int threads, const Execution& execution);
+    void measure(const std::vector<Vector3>& edges, int threads, const Execution& execution);
     void index_uses(const Execution& execution);
-    SparseMatrix matrix(const std::vector<std::vector<Index>>& parts, const Execution& execution) const;
-    Vector3 pull_of(Index row, const RestCells& cells, const Matrix3& rotation, const Positions& positions,
+    SparseMatrix matrix(const Execution& execution) const;
+    Vector3 pull_of(Index row, const std::vector<Vector3>& edges, const Matrix3& rotation, const Positions& positions,
                     std::vector<Vector3>& missing, Vector3* shares) const;
 
-    const Encoding& layout_;
+    const OneRings& rings_;
     std::vector<double> spokes_;  // |ring|: s_ik
     std::vector<double> rims_;    // |ring|: c_kl, l the next in the ring
     SupernodalFactor factor_;

@@ -15,14 +15,14 @@ constexpr double kLeastShare = 1e-2;
 
 }  // namespace
 
-CellPatches::CellPatches(const Encoding& layout, const Execution& execution) {
-    grow(layout, execution);
-    spread(layout, execution);
+CellPatches::CellPatches(const OneRings& rings, const Execution& execution) {
+    grow(rings, execution);
+    spread(rings, execution);
 }
 
 /// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
-void CellPatches::grow(const Encoding& layout, const Execution& execution) {
-    const Index vertices = layout.vertex_count();
+void CellPatches::grow(const OneRings& rings, const Execution& execution) {
+    const Index vertices = rings.vertex_count();
     const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
     of.assign(vertices, -1);
     std::vector<Index> seeds;
@@ -30,7 +30,7 @@ void CellPatches::grow(const Encoding& layout, const Execution& execution) {
     std::vector<Index> members;
     for (Index first = 0; first < vertices; ++first) {
         execution.check_every(first);
-        if (of[first] >= 0 || !layout.predictable(first)) continue;
+        if (of[first] >= 0 || rings.valence(first) == 0) continue;
         seeds.assign(1, first);
         for (std::size_t next = 0; next < seeds.size(); ++next) {  // a part of the mesh, patch after patch outwards
             if (of[seeds[next]] >= 0) continue;
@@ -39,10 +39,9 @@ void CellPatches::grow(const Encoding& layout, const Execution& execution) {
             of[seeds[next]] = current;
             Index neighbour = -1;
             for (std::size_t k = 0; k < members.size(); ++k) {
-                for (Index place = layout.ring_offsets[members[k]]; place < layout.ring_offsets[members[k] + 1];
-                     ++place) {
-                    const Index v = layout.ring[place];
-                    if (!layout.predictable(v)) continue;
+                for (Index place = rings.offsets[members[k]]; place < rings.offsets[members[k] + 1]; ++place) {
+                    const Index v = rings.vertices[place];
+                    if (rings.valence(v) == 0) continue;
                     if (of[v] >= 0) {
                         if (of[v] != current) neighbour = of[v];
                     } else if (static_cast<Index>(members.size()) < most) {
@@ -65,8 +64,8 @@ void CellPatches::grow(const Encoding& layout, const Execution& execution) {
     }
 }
 
-void CellPatches::spread(const Encoding& layout, const Execution& execution) {
-    const Index vertices = layout.vertex_count();
+void CellPatches::spread(const OneRings& rings, const Execution& execution) {
+    const Index vertices = rings.vertex_count();
     std::vector<std::vector<Share>> known(vertices);
     for (Index v = 0; v < vertices; ++v) {
         if (of[v] >= 0) known[v] = {{of[v], 1.0}};
@@ -86,11 +85,9 @@ void CellPatches::spread(const Encoding& layout, const Execution& execution) {
                     sums[share.patch] += factor * share.share;
                 }
             };
-            const Index begin = layout.ring_offsets[v];
-            const Index end = layout.ring_offsets[v + 1];
-            if (begin < end) add(v, 1.0);
-            for (Index place = begin; place < end; ++place)
-                add(layout.ring[place], 1.0 / (end - begin));
+            if (rings.valence(v) > 0) add(v, 1.0);
+            for (const Index* neighbour = rings.begin(v); neighbour != rings.end(v); ++neighbour)
+                add(*neighbour, 1.0 / rings.valence(v));
             std::sort(seen.begin(), seen.end());
             double kept = 0.0;
             for (const Index patch : seen) {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
@@ -17,8 +17,8 @@ struct CellPatches {
         double share;
     };
 
-    /// @param layout the rings, n. @throws Cancelled. Cost: linear.
-    CellPatches(const Encoding& layout, const Execution& execution);
+    /// @throws Cancelled. Cost: linear.
+    CellPatches(const OneRings& rings, const Execution& execution);
 
     Index count() const { return static_cast<Index>(sizes.size()); }
 
@@ -34,8 +34,8 @@ struct CellPatches {
     std::vector<Share> shares;       ///< of patches in the cells, which sum to 1
 
   private:
-    void grow(const Encoding& layout, const Execution& execution);
-    void spread(const Encoding& layout, const Execution& execution);
+    void grow(const OneRings& rings, const Execution& execution);
+    void spread(const OneRings& rings, const Execution& execution);
 };
 
 }  // namespace meanvalue

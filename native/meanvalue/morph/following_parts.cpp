@@ -34,8 +34,7 @@ std::vector<char> small_parts(const std::vector<PositionsView>& shapes, const Co
 }  // namespace
 
 FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
-                               const std::vector<char>& is_anchored, int threads, const Execution& execution) {
-    Components components = find_components(shapes[0], faces, is_anchored, execution);
+                               Components components, int threads, const Execution& execution) {
     std::vector<char> may_follow = small_parts(shapes, components, execution);
     for (std::size_t part = 0; part < components.parts.size(); ++part) {
         may_follow[part] &= components.fixed[part].empty() ? 1 : 0;

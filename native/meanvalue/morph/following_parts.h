@@ -21,10 +21,11 @@ class FollowingParts {
 
     /// Parts follow that are much smaller than the largest one and not anchored, if they go from each shape to the
     /// next as the surface carries them.
-    /// @param shapes n x 3 each; @param is_anchored n. The same bits for any `threads`. @throws Cancelled.
+    /// @param shapes n x 3 each; @param components with the anchors of each part. The same bits for any `threads`.
+    /// @throws Cancelled.
     /// Cost: n log n for each shape where there are small parts; else linear.
-    FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces,
-                   const std::vector<char>& is_anchored, int threads, const Execution& execution);
+    FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces, Components components,
+                   int threads, const Execution& execution);
 
     /// Whether the part of a vertex follows.
     bool follows(Index vertex) const { return !follows_.empty() && follows_[vertex] != 0; }

@@ -2,249 +2,160 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/morph/rotation_vectors.h"
-#include "meanvalue/morph/unwrap_rotations.h"
 
 namespace meanvalue {
 namespace {
 
-// Rounds of rotating all shapes of a cell onto their mean: the second changes what the first left of unlike cells.
-constexpr int kAlignRounds = 3;
-// Rounds for the rotations of shapes and the mean rotations of cells, each in terms of the other, and on how many
-// cells, evenly drawn: it converges, and is a tenth of bind.
-constexpr int kMeanRounds = 6;
-constexpr Index kSample = 2000;
-
-/// Rotates the edges of one cell in all shapes onto their mean. They count as in the energy: with cotangent
-/// weights the rotation of a cell is that of the surface, however its edges lie.
-/// @param edges `valence` x `count`, which are rotated.
-void align_edges(Index valence, Vector3* edges, Index count) {
-    std::vector<Vector3> means(valence);
-    std::vector<Spoke> spokes(valence);
-    std::vector<Matrix3> covariances(count);
-    for (int round = 0; round < kAlignRounds && count > 1 && valence > 0; ++round) {
-        for (Index place = 0; place < valence; ++place) {
-            means[place].setZero();
-            for (Index k = 0; k < count; ++k)
-                means[place] += edges[place * count + k] / count;
-        }
-        measure_spokes(means.data(), valence, spokes.data());
-        std::fill(covariances.begin(), covariances.end(), Matrix3::Zero());
-        for (Index place = 0; place < valence; ++place) {
-            const Index next = place + 1 == valence ? 0 : place + 1;
-            const Vector3 spoke = spokes[place].spoke * means[place];
-            const Vector3 rim = spokes[place].rim * (means[place] - means[next]);
-            for (Index k = 0; k < count; ++k) {
-                const Vector3& edge = edges[place * count + k];
-                covariances[k] += spoke * edge.transpose() + rim * (edge - edges[next * count + k]).transpose();
-            }
-        }
-        closest_rotations(covariances.data(), count);
-        for (Index place = 0; place < valence; ++place) {
-            for (Index k = 0; k < count; ++k)
-                edges[place * count + k] = covariances[k] * edges[place * count + k];
-        }
-    }
+void edges_of(const OneRings& rings, const PositionsView& shape, Index vertex, Vector3* edges) {
+    for (const Index* neighbour = rings.begin(vertex); neighbour != rings.end(vertex); ++neighbour)
+        *edges++ = (shape.row(vertex) - shape.row(*neighbour)).transpose();
 }
 
-/// The cell to whose rotation an edge goes half-way: its own where the neighbour has no ring, and so no rotation.
-Index bend_partner(const Encoding& layout, Index vertex, Index neighbour) {
-    return layout.predictable(neighbour) ? neighbour : vertex;
+/// The sum over a cell of to * from^T. Edges count as in the energy: with cotangent weights the rotation of a cell is
+/// that of the surface, however its edges lie.
+Matrix3 covariance_of(const std::vector<Spoke>& from, const Vector3* to) {
+    Matrix3 covariance = Matrix3::Zero();
+    for (std::size_t k = 0; k < from.size(); ++k) {
+        const std::size_t next = k + 1 == from.size() ? 0 : k + 1;
+        covariance += to[k] * (from[k].spoke * from[k].rest).transpose() +
+                      (to[k] - to[next]) * (from[k].rim * (from[k].rest - from[next].rest)).transpose();
+    }
+    return covariance;
 }
 
 }  // namespace
 
-/// The rotations of all cells while they are sought.
-struct LocalCells::Search {
-    LocalCells& cells;
-    const Encoding& layout;
-    std::size_t count;  // of shapes
-    int threads;
-    const Execution& execution;
-    Index stride;                   // between the vertices of the sample
-    std::vector<Matrix3> of_cells;  // n x k: from the aligned edges to those of shape k
-    std::vector<Matrix3> means;     // n: from the aligned edges of a cell to their mean over all shapes
-    std::vector<Vector3> vectors;   // n x k: relative_rotation(), as rotation vectors
-
-    Search(LocalCells& cells_, int threads_, const Execution& execution_)
-        : cells(cells_),
-          layout(cells_.layout_),
-          count(cells_.shape_count_),
-          threads(threads_),
-          execution(execution_),
-          stride(std::max<Index>(1, layout.vertex_count() / kSample)) {}
-
-    /// Aligns the edges of each cell in all shapes, at size 1.
-    void align_cells(const std::vector<PositionsView>& shapes) {
-        std::vector<Vector3>& edges = cells.edges_;
-        edges.resize(layout.ring.size() * count);
-        for (std::size_t k = 0; k < count; ++k) {
-            const RestCells rest = rest_cells(layout, shapes[k], threads, execution);
-            double squares = 0.0;
-            for (const Vector3& edge : rest.edges)
-                squares += edge.squaredNorm();
-            const double size = squares > 0.0 ? std::sqrt(squares / static_cast<double>(rest.edges.size())) : 1.0;
-            cells.sizes_.push_back(size);
-            for (std::size_t edge = 0; edge < rest.edges.size(); ++edge)
-                edges[edge * count + k] = rest.edges[edge] / size;
-        }
-        of_cells.resize(layout.vertex_count() * count);
-        parallel_for(layout.vertex_count(), threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin; v < end; ++v) {
-                const std::size_t first = layout.ring_offsets[v];
-                const std::size_t last = layout.ring_offsets[v + 1];
-                align_edges(static_cast<Index>(last - first), edges.data() + first * count,
-                            static_cast<Index>(count));
-                Matrix3* const of = of_cells.data() + v * count;
-                std::fill_n(of, count, Matrix3::Zero());
-                for (std::size_t place = first; place < last; ++place) {
-                    for (std::size_t k = 0; k < count; ++k) {
-                        const Vector3 edge = (shapes[k].row(v) - shapes[k].row(layout.ring[place])).transpose();
-                        of[k] += edge * edges[place * count + k].transpose();
-                    }
-                }
-                closest_rotations(of, static_cast<Index>(count));
-            }
-        });
-    }
-
-    /// Calls visit(v, its rotations in all shapes) for each cell of the sample.
-    template <typename Visit>
-    void for_each_sampled(const Visit& visit) const {
-        execution.check();
-        for (Index v = 0; v < layout.vertex_count(); v += stride) {
-            if (layout.predictable(v)) visit(v, of_cells.data() + v * count);
-        }
-    }
-
-    /// The shape that agrees best with all others, each rotated onto it as a whole: whatever the order of shapes is.
-    std::size_t central_shape() const {
-        std::vector<Matrix3> sums(count * count, Matrix3::Zero());
-        for_each_sampled([&](Index, const Matrix3* of) {
-            for (std::size_t a = 0; a < count; ++a) {
-                for (std::size_t b = 0; b < count; ++b)
-                    sums[a * count + b] += of[b] * of[a].transpose();
-            }
-        });
-        std::vector<double> agreement(count, 0.0);
-        for (std::size_t pair = 0; pair < sums.size(); ++pair)
-            agreement[pair / count] += closest_rotation(sums[pair]).cwiseProduct(sums[pair]).sum();
-        return std::max_element(agreement.begin(), agreement.end()) - agreement.begin();
-    }
-
-    void find_shape_rotations() {
-        std::vector<Matrix3> sums(count, Matrix3::Zero());
-        for_each_sampled([&](Index v, const Matrix3* of) {
-            for (std::size_t k = 0; k < count; ++k)
-                sums[k] += of[k] * means[v].transpose();
-        });
-        for (std::size_t k = 0; k < count; ++k)
-            cells.shape_rotations_[k] = quaternion_of(closest_rotation(sums[k]));
-    }
-
-    /// From the mean of a cell to shape k, without the rotation of the whole shape.
-    Matrix3 relative_rotation(Index vertex, std::size_t shape) const {
-        return cells.shape_rotations_[shape].toRotationMatrix().transpose() * of_cells[vertex * count + shape] *
-               means[vertex].transpose();
-    }
-
-    /// Has the rotation vectors of every `step`th cell sum to zero, by its mean.
-    void centre_cells(Index step) {
-        parallel_for((layout.vertex_count() + step - 1) / step, threads, execution, [&](Index begin, Index end) {
-            std::vector<Matrix3> rotations(count);
-            for (Index v = begin * step; v < std::min(end * step, layout.vertex_count()); v += step) {
-                Vector3* const of_cell = vectors.data() + v * count;
-                for (std::size_t k = 0; k < count; ++k) {
-                    rotations[k] = relative_rotation(v, k);
-                    of_cell[k] = rotation_vector(rotations[k], of_cell[k]);
-                }
-                means[v] = centre_rotations(rotations.data(), of_cell, static_cast<Index>(count)) * means[v];
-            }
-        });
-    }
-
-    /// The rotations of whole shapes and the means of cells, each in terms of the other, on a sample; then the means
-    /// of all cells. It begins from the rotations of one shape, since a start has to be smooth over the mesh for
-    /// branches to be followed.
-    void find_rotations() {
-        const Index vertices = layout.vertex_count();
-        const std::size_t middle = central_shape();
-        means.resize(vertices);
-        for (Index v = 0; v < vertices; ++v)
-            means[v] = of_cells[v * count + middle];
-        cells.shape_rotations_.assign(count, Quaternion::Identity());
-        find_shape_rotations();
-        {
-            std::vector<Matrix3> rotations(of_cells.size());
-            parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
-                for (Index v = begin; v < end; ++v) {
-                    for (std::size_t k = 0; k < count; ++k)
-                        rotations[v * count + k] = relative_rotation(v, k);
-                }
-            });
-            vectors = unwrap_rotations(layout, rotations, static_cast<Index>(count), execution);
-        }
-        for (int round = 1; round < kMeanRounds; ++round) {
-            centre_cells(stride);
-            find_shape_rotations();
-        }
-        centre_cells(1);
-    }
-
-    /// Takes the rotation of each edge's middle against its cell out of the edges.
-    void take_out_bends() {
-        std::vector<Quaternion> rotations(vectors.size());
-        for (std::size_t k = 0; k < rotations.size(); ++k)
-            rotations[k] = quaternion_by(vectors[k]);
-        parallel_for(layout.vertex_count(), threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin; v < end; ++v) {
-                for (std::size_t place = layout.ring_offsets[v]; place < std::size_t(layout.ring_offsets[v + 1]);
-                     ++place) {
-                    const Index to = bend_partner(layout, v, layout.ring[place]);
-                    for (std::size_t k = 0; k < count; ++k) {
-                        const Quaternion bend = half_way(rotations[v * count + k], rotations[to * count + k]);
-                        Vector3& edge = cells.edges_[place * count + k];
-                        edge = bend.conjugate() * (means[v] * edge);
-                    }
-                }
-            }
-        });
-    }
-};
-
-LocalCells::LocalCells(const Encoding& layout, const std::vector<PositionsView>& shapes, int threads,
+LocalCells::LocalCells(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
                        const Execution& execution)
-    : shape_count_(static_cast<Index>(shapes.size())), layout_(layout) {
-    Search search(*this, threads, execution);
-    search.align_cells(shapes);
-    search.find_rotations();
-    relative_.emplace(layout_, search.vectors, shape_count_, threads, execution);
-    search.take_out_bends();
+    : rings_(rings), count_(shapes.size()) {
+    measure_sizes(shapes, execution);
+    std::vector<Quaternion> rotations = rotations_against(shapes, 0, threads, execution);
+    const std::size_t central = central_shape(rotations, execution);
+    if (central != 0) rotations = rotations_against(shapes, central, threads, execution);
+    take_out_shape_rotations(rotations, execution);
+    relative_.emplace(rings_, rotations, count_, threads, execution);
+    measure_edges(shapes, rotations, threads, execution);
+}
+
+void LocalCells::measure_sizes(const std::vector<PositionsView>& shapes, const Execution& execution) {
+    for (const PositionsView& shape : shapes) {
+        execution.check();
+        double squares = 0.0;
+        for (Index v = 0; v < rings_.vertex_count(); ++v) {
+            for (const Index* neighbour = rings_.begin(v); neighbour != rings_.end(v); ++neighbour)
+                squares += (shape.row(v) - shape.row(*neighbour)).squaredNorm();
+        }
+        const auto edges = static_cast<double>(rings_.vertices.size());
+        sizes_.push_back(squares > 0.0 ? std::sqrt(squares / edges) : 1.0);
+    }
+}
+
+/// n x k: what takes the cells of one shape onto those of each.
+std::vector<Quaternion> LocalCells::rotations_against(const std::vector<PositionsView>& shapes, std::size_t reference,
+                                                      int threads, const Execution& execution) const {
+    std::vector<Quaternion> result(rings_.vertex_count() * count_, Quaternion::Identity());
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        std::vector<Vector3> edges;
+        std::vector<Spoke> spokes;
+        std::vector<Matrix3> rotations(count_);
+        for (Index v = begin; v < end; ++v) {
+            if (rings_.valence(v) == 0) continue;
+            edges.resize(rings_.valence(v));
+            spokes.resize(rings_.valence(v));
+            edges_of(rings_, shapes[reference], v, edges.data());
+            measure_spokes(edges.data(), rings_.valence(v), spokes.data());
+            for (std::size_t k = 0; k < count_; ++k) {
+                edges_of(rings_, shapes[k], v, edges.data());
+                rotations[k] = covariance_of(spokes, edges.data());
+            }
+            closest_rotations(rotations.data(), static_cast<Index>(count_));
+            for (std::size_t k = 0; k < count_; ++k)
+                result[v * count_ + k] = Quaternion(rotations[k]);
+        }
+    });
+    return result;
+}
+
+/// The shape that agrees best with all others, each rotated onto it as a whole, and of two the larger: whatever their
+/// order is.
+std::size_t LocalCells::central_shape(const std::vector<Quaternion>& rotations, const Execution& execution) const {
+    std::vector<std::pair<double, double>> merits;  // agreement and size
+    for (const double size : sizes_)
+        merits.emplace_back(0.0, size);
+    for (std::size_t a = 0; a < count_; ++a) {
+        for (std::size_t b = a + 1; b < count_; ++b) {
+            execution.check();
+            Matrix3 sum = Matrix3::Zero();
+            for (std::size_t v = 0; v < rotations.size(); v += count_)
+                sum += (rotations[v + b] * rotations[v + a].conjugate()).toRotationMatrix();
+            const double agreement = closest_rotation(sum).cwiseProduct(sum).sum();
+            merits[a].first += agreement;
+            merits[b].first += agreement;
+        }
+    }
+    return std::max_element(merits.begin(), merits.end()) - merits.begin();
+}
+
+/// Leaves the rotations of cells in each shape. @param rotations n x k, which change.
+void LocalCells::take_out_shape_rotations(std::vector<Quaternion>& rotations, const Execution& execution) {
+    for (std::size_t k = 0; k < count_; ++k) {
+        execution.check();
+        Matrix3 sum = Matrix3::Zero();
+        for (std::size_t v = k; v < rotations.size(); v += count_)
+            sum += rotations[v].toRotationMatrix();
+        shape_rotations_.push_back(Quaternion(closest_rotation(sum)));
+        for (std::size_t v = k; v < rotations.size(); v += count_)
+            rotations[v] = shape_rotations_[k].conjugate() * rotations[v];
+    }
+}
+
+/// The cell to whose rotation an edge goes half-way: its own where the neighbour has no ring, and so no rotation.
+Index LocalCells::bend_partner(Index vertex, Index neighbour) const {
+    return rings_.valence(neighbour) > 0 ? neighbour : vertex;
+}
+
+/// The edges without what shape, cell and bend rotate them by, at size 1.
+void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
+                               int threads, const Execution& execution) {
+    edges_.resize(rings_.vertices.size() * count_);
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            for (Index place = rings_.offsets[v]; place < rings_.offsets[v + 1]; ++place) {
+                const Index to = rings_.vertices[place];
+                for (std::size_t k = 0; k < count_; ++k) {
+                    const Quaternion& own = rotations[v * count_ + k];
+                    const Quaternion bend = half_way(own, rotations[bend_partner(v, to) * count_ + k]);
+                    const Vector3 edge = (shapes[k].row(v) - shapes[k].row(to)).transpose() / sizes_[k];
+                    edges_[place * count_ + k] = (shape_rotations_[k] * own * bend).conjugate() * edge;
+                }
+            }
+        }
+    });
 }
 
 void LocalCells::fill(const ShapeWeights& weights, const std::vector<double>& sizes,
                       const std::vector<Quaternion>& frames, const Quaternion& rotation, int threads,
-                      const Execution& execution, std::vector<Quaternion>& rotations, RestCells& cells) const {
+                      const Execution& execution, std::vector<Quaternion>& rotations,
+                      std::vector<Vector3>& edges) const {
     relative_->fill(weights, frames, rotation, threads, execution, rotations);
-    const auto count = static_cast<std::size_t>(shape_count_);
-    cells.edges.resize(layout_.ring.size());
-    std::vector<double> factors(count);
-    for (std::size_t k = 0; k < count; ++k)
+    edges.resize(rings_.vertices.size());
+    std::vector<double> factors(count_);
+    for (std::size_t k = 0; k < count_; ++k)
         factors[k] = sizes[k] * sizes_[k];
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
-            for (std::size_t place = layout_.ring_offsets[v]; place < std::size_t(layout_.ring_offsets[v + 1]);
-                 ++place) {
+            for (Index place = rings_.offsets[v]; place < rings_.offsets[v + 1]; ++place) {
                 Vector3 sum = Vector3::Zero();
-                for (std::size_t k = 0; k < count; ++k)
-                    sum += (of[k] * factors[k]) * edges_[place * count + k];
-                cells.edges[place] =
-                    half_way(rotations[v], rotations[bend_partner(layout_, v, layout_.ring[place])]) * sum;
+                for (std::size_t k = 0; k < count_; ++k)
+                    sum += (of[k] * factors[k]) * edges_[place * count_ + k];
+                edges[place] = half_way(rotations[v], rotations[bend_partner(v, rings_.vertices[place])]) * sum;
             }
         }
     });
@@ -259,28 +170,14 @@ std::vector<double> LocalCells::common_sizes(const std::vector<double>& weights)
 }
 
 Quaternion LocalCells::mean_rotation(const std::vector<double>& weights) const {
-    std::vector<Matrix3> rotations;
-    std::vector<Vector3> vectors;
-    // About the one that the others are rotated least against: another might lead to another branch.
-    Matrix3 sum_of_all = Matrix3::Zero();
-    for (const Quaternion& whole : shape_rotations_)
-        sum_of_all += whole.toRotationMatrix();
-    const auto agreement = [&](const Quaternion& whole) {
-        return whole.toRotationMatrix().cwiseProduct(sum_of_all).sum();
-    };
-    const Matrix3 first =
-        std::max_element(shape_rotations_.begin(), shape_rotations_.end(), [&](const auto& a, const auto& b) {
-            return agreement(a) < agreement(b);
-        })->toRotationMatrix();
-    for (const Quaternion& whole : shape_rotations_) {
-        rotations.emplace_back(whole.toRotationMatrix() * first.transpose());
-        vectors.push_back(rotation_vector(rotations.back()));
-    }
-    const Matrix3 mean = centre_rotations(rotations.data(), vectors.data(), shape_count_) * first;
     Vector3 sum = Vector3::Zero();
-    for (std::size_t k = 0; k < vectors.size(); ++k)
-        sum += weights[k] * vectors[k];
-    return quaternion_by(sum) * quaternion_of(mean);
+    for (std::size_t k = 0; k < count_; ++k)
+        sum += weights[k] * rotation_vector(shape_rotations_[k]);
+    return quaternion_by(sum);
+}
+
+Quaternion LocalCells::cell_rotation(std::size_t shape, Index vertex) const {
+    return shape_rotations_[shape] * relative_->of_shape(shape, vertex);
 }
 
 std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights, const std::vector<Index>& vertices,

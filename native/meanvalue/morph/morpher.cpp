@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/stage_timer.h"
-#include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/procrustes.h"
-#include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/region.h"
@@ -62,28 +59,6 @@ void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
     }
 }
 
-/// The vertices of each part of the mesh that is connected by rings, ascending.
-std::vector<std::vector<Index>> ring_parts(const Encoding& layout, const Execution& execution) {
-    const Index vertices = layout.vertex_count();
-    DisjointSets sets(vertices);
-    execution.check();
-    for (Index v = 0; v < vertices; ++v) {
-        for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
-            sets.join(v, layout.ring[place]);
-    }
-    std::vector<std::vector<Index>> parts;
-    std::vector<Index> part_of(vertices);
-    for (Index v = 0; v < vertices; ++v) {
-        const Index root = sets.root(v);
-        if (root == v) {
-            part_of[v] = static_cast<Index>(parts.size());
-            parts.emplace_back();
-        }
-        parts[part_of[root]].push_back(v);
-    }
-    return parts;
-}
-
 /// n weights, kMoving to 1 + kMoving: how still each vertex is between the shapes.
 std::vector<double> stillness(const std::vector<PositionsView>& shapes, double size, const Execution& execution) {
     const double even = 1.0 / static_cast<double>(shapes.size());
@@ -123,7 +98,7 @@ struct Morpher::Bound {
     std::vector<std::vector<Index>> anchors_of;  // each part
     std::vector<double> still;                   // n: stillness()
     int threads = 1;
-    Encoding layout;  // rings of all shapes
+    OneRings rings;  // of all shapes
     std::unique_ptr<const LocalCells> cells;
     FollowingParts following;
     std::unique_ptr<const CellAssembly> assembly;
@@ -167,39 +142,32 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
                 message("all vertices of shapes[", sizes.size() - 1, "] are in one place; give a shape"));
     }
     const std::vector<char> is_anchor = fixed_flags(vertices, binding.anchors, {});
-    {
-        const StageTimer timer(report_.timings, "encode");
-        execution.begin_stage("encode");
-        const OneRings rings = collect_one_rings(vertices, *binding.faces, execution);
-        refuse_mirrored(binding, rings);
-        bound->layout = std::move(encode_alike(rings, bound->shapes, bound->threads, execution).front());
-        bound->parts = ring_parts(bound->layout, execution);
-    }
-    bound->anchors_of.resize(bound->parts.size());
-    for (std::size_t part = 0; part < bound->parts.size(); ++part) {
-        std::copy_if(bound->parts[part].begin(), bound->parts[part].end(),
-                     std::back_inserter(bound->anchors_of[part]), [&](Index v) { return is_anchor[v] != 0; });
-    }
     const std::vector<double> even(count, 1.0 / count);
     {
         const StageTimer timer(report_.timings, "cells");
         execution.begin_stage("cells");
-        bound->cells = std::make_unique<LocalCells>(bound->layout, bound->shapes, bound->threads, execution);
-        bound->following = FollowingParts(bound->shapes, *binding.faces, is_anchor, bound->threads, execution);
+        bound->rings = collect_one_rings(vertices, *binding.faces, execution);
+        refuse_mirrored(binding, bound->rings);
+        const Components components = find_components(*binding.shapes[0], *binding.faces, is_anchor, execution);
+        bound->anchors_of = components.fixed;
+        bound->parts.resize(components.parts.size());
+        for (Index v = 0; v < vertices; ++v)
+            bound->parts[components.part_of[v]].push_back(v);
+        bound->cells = std::make_unique<LocalCells>(bound->rings, bound->shapes, bound->threads, execution);
+        bound->following = FollowingParts(bound->shapes, *binding.faces, components, bound->threads, execution);
         bound->still = stillness(bound->shapes, geometric_mean(sizes, even), execution);
     }
     const StageTimer timer(report_.timings, "factor");
     execution.begin_stage("factor");
     std::vector<Quaternion> rotations;
-    RestCells mean;
+    std::vector<Vector3> edges;
     bound->cells->fill(ShapeWeights(even, count, vertices), bound->cells->common_sizes(even), {},
-                       Quaternion::Identity(), bound->threads, execution, rotations, mean);
-    bound->assembly = std::make_unique<CellAssembly>(bound->layout, mean, bound->parts, binding.instructions,
-                                                     bound->threads, execution);
+                       Quaternion::Identity(), bound->threads, execution, rotations, edges);
+    bound->assembly =
+        std::make_unique<CellAssembly>(bound->rings, edges, binding.instructions, bound->threads, execution);
     report_.shape_count = count;
     report_.vertex_count = vertices;
     report_.component_count = static_cast<Index>(bound->parts.size());
-    report_.guarded = bound->layout.guarded;
     report_.bytes = (kBytes + kBytesOfShape * count) * vertices;
     bound_ = std::move(bound);
 }
@@ -214,17 +182,17 @@ Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& 
     {
         const StageTimer timer(solution.timings, "total");
         const ShapeOverlay overlay =
-            overlay_shapes(bound_->shapes, bound_->layout, *bound_->cells, normalised, options.parts, execution);
+            overlay_shapes(bound_->shapes, bound_->rings, *bound_->cells, normalised, options.parts, execution);
         std::vector<double> place_weights = bound_->still;
         for (std::size_t v = 0; v < overlay.whole_shares.size(); ++v)
             place_weights[v] *= overlay.whole_shares[v];
         std::vector<Quaternion> rotations;
-        RestCells cells;
+        std::vector<Vector3> edges;
         bound_->cells->fill(normalised, overlay.sizes, overlay.frames, overlay.rotation, threads, execution,
-                            rotations, cells);
+                            rotations, edges);
         const Positions linear = linear_blend(bound_->shapes, normalised, overlay, threads, execution);
         solution.vertices = linear;
-        bound_->assembly->solve(cells, rotations, threads, execution, solution.vertices);
+        bound_->assembly->solve(edges, rotations, threads, execution, solution.vertices);
         bound_->place(linear, place_weights, solution.vertices);
         bound_->carry_following(normalised, threads, execution, solution.vertices);
     }

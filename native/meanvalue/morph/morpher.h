@@ -42,9 +42,8 @@ struct MorphReport {
     Index shape_count = 0;
     Index vertex_count = 0;
     Index component_count = 0;
-    std::vector<Index> guarded;  ///< vertices encoded by a fallback rule, in all shapes
-    Timings timings;             ///< seconds by stage
-    std::size_t bytes = 0;       ///< held, estimated
+    Timings timings;        ///< seconds by stage
+    std::size_t bytes = 0;  ///< held, estimated
 };
 
 /// Several shapes of one mesh, to be mixed by weights: expensive to make, cheap to solve. The result depends on the

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -26,81 +27,107 @@ Vector3 small_rotation(const Quaternion& q) {
 
 }  // namespace
 
-RelativeRotations::RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count,
-                                     int threads, const Execution& execution)
-    : layout_(layout), shape_count_(shape_count), patches_(layout, execution), patch_count_(patches_.count()) {
-    relate(vectors, execution);
-    rotate_against_patches(vectors, threads, execution);
-    factorise(execution);
+RelativeRotations::RelativeRotations(const OneRings& rings, std::vector<Quaternion>& rotations,
+                                     std::size_t shape_count, int threads, const Execution& execution)
+    : rings_(rings), count_(shape_count), patches_(rings, execution), patch_count_(patches_.count()) {
+    find_pairs(execution);
+    average_patches(rotations, execution);
     connect(execution);
+    centre(rotations);
+    average_patches(rotations, execution);
+    for (std::size_t k = 0; k < means_.size(); ++k)
+        patch_vectors_[k] = rotation_vector(means_[k], patch_vectors_[k]);
+    rotate_against_patches(rotations, threads, execution);
+    factorise(execution);
 }
 
-/// Finds the mean rotation of each patch in each shape, and the rotations between neighboring patches.
-void RelativeRotations::relate(const std::vector<Vector3>& vectors, const Execution& execution) {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    std::vector<Matrix3> sums(patch_count_ * count, Matrix3::Zero());
-    patch_vectors_.assign(patch_count_ * count, Vector3::Zero());
+void RelativeRotations::find_pairs(const Execution& execution) {
     std::map<std::pair<Index, Index>, double> edges;
-    for (Index v = 0; v < layout_.vertex_count(); ++v) {
+    for (Index v = 0; v < rings_.vertex_count(); ++v) {
         execution.check_every(v);
-        if (patches_.of[v] < 0) continue;
-        for (std::size_t k = 0; k < count; ++k) {
-            sums[patches_.of[v] * count + k] += rotation_by(vectors[v * count + k]);
-            patch_vectors_[patches_.of[v] * count + k] += vectors[v * count + k] / patches_.sizes[patches_.of[v]];
-        }
-        for (Index place = layout_.ring_offsets[v]; place < layout_.ring_offsets[v + 1]; ++place) {
-            const Index other = patches_.of[layout_.ring[place]];
+        for (const Index* neighbour = rings_.begin(v); neighbour != rings_.end(v); ++neighbour) {
+            const Index other = patches_.of[*neighbour];
             if (other >= 0 && other != patches_.of[v]) edges[std::minmax(patches_.of[v], other)] += 0.5;
         }
     }
-    means_.resize(sums.size());
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-        means_[k] = quaternion_of(closest_rotation(sums[k]));
-        patch_vectors_[k] = rotation_vector(means_[k], patch_vectors_[k]);
-    }
-    for (const auto& [ends, weight] : edges) {
+    for (const auto& [ends, weight] : edges)
         pairs_.push_back({ends.first, ends.second, weight});
-        for (std::size_t k = 0; k < count; ++k)
+}
+
+/// Finds the mean rotation of each patch in each shape, and the rotations between neighboring patches.
+void RelativeRotations::average_patches(const std::vector<Quaternion>& rotations, const Execution& execution) {
+    std::vector<Matrix3> sums(patch_count_ * count_, Matrix3::Zero());
+    for (Index v = 0; v < rings_.vertex_count(); ++v) {
+        execution.check_every(v);
+        if (patches_.of[v] < 0) continue;
+        for (std::size_t k = 0; k < count_; ++k)
+            sums[patches_.of[v] * count_ + k] += rotations[v * count_ + k].toRotationMatrix();
+    }
+    means_.clear();
+    for (const Matrix3& sum : sums)
+        means_.emplace_back(closest_rotation(sum));
+    relative_.clear();
+    for (const Pair& pair : pairs_) {
+        for (std::size_t k = 0; k < count_; ++k)
             relative_.push_back(
-                rotation_vector(means_[ends.first * count + k].conjugate() * means_[ends.second * count + k]));
+                rotation_vector(means_[pair.a * count_ + k].conjugate() * means_[pair.b * count_ + k]));
+    }
+}
+
+/// Takes the average over all shapes out of the rotations of each cell, on the branch of its patch: half of a
+/// rotation is not ambiguous where the whole is.
+void RelativeRotations::centre(std::vector<Quaternion>& rotations) {
+    for (std::size_t v = 0; v < patches_.of.size(); ++v) {
+        if (patches_.of[v] < 0) continue;
+        Vector3 mean = Vector3::Zero();
+        for (std::size_t k = 0; k < count_; ++k)
+            mean += rotation_vector(rotations[v * count_ + k], patch_vectors_[patches_.of[v] * count_ + k]) / count_;
+        const Quaternion from_centre = quaternion_by(-mean);
+        for (std::size_t k = 0; k < count_; ++k)
+            rotations[v * count_ + k] *= from_centre;
+    }
+    for (Index patch = 0; patch < patch_count_; ++patch) {
+        Vector3* const vectors = patch_vectors_.data() + patch * count_;
+        const Vector3 mean = std::accumulate(vectors, vectors + count_, Vector3(Vector3::Zero())) / count_;
+        for (std::size_t k = 0; k < count_; ++k)
+            vectors[k] -= mean;
     }
 }
 
 /// Finds how each cell is rotated against the patches around it.
-void RelativeRotations::rotate_against_patches(const std::vector<Vector3>& vectors, int threads,
+void RelativeRotations::rotate_against_patches(const std::vector<Quaternion>& rotations, int threads,
                                                const Execution& execution) {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    own_vectors_.resize(vectors.size());
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+    own_vectors_.resize(rotations.size());
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            for (std::size_t k = 0; k < count; ++k) {
-                const Quaternion mean = patches_.mean_rotation(v, means_.data() + k, count);
-                own_vectors_[v * count + k] =
-                    rotation_vector(mean.conjugate() * quaternion_by(vectors[v * count + k]));
+            for (std::size_t k = 0; k < count_; ++k) {
+                const Quaternion mean = patches_.mean_rotation(v, means_.data() + k, count_);
+                own_vectors_[v * count_ + k] = rotation_vector(mean.conjugate() * rotations[v * count_ + k]);
             }
         }
     });
 }
 
 /// Makes a spanning tree of each part, over the neighbors that are rotated the most alike, from its least rotated
-/// patch.
+/// patch, and follows the rotations along it beyond 180 degrees.
 void RelativeRotations::connect(const Execution& execution) {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    const auto largest = [count](const Vector3* vectors) {
+    const auto largest = [this](const Vector3* vectors) {
         double result = 0.0;
-        for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t k = 0; k < count_; ++k)
             result = std::max(result, vectors[k].norm());
         return result;
     };
+    for (const Quaternion& mean : means_)
+        patch_vectors_.push_back(rotation_vector(mean));
     std::vector<std::vector<std::pair<double, std::size_t>>> next_to(patch_count_);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-        const double angle = largest(relative_.data() + pair * count);
+        const double angle = largest(relative_.data() + pair * count_);
         next_to[pairs_[pair].a].emplace_back(angle, pair);
         next_to[pairs_[pair].b].emplace_back(angle, pair);
     }
     std::vector<std::pair<double, Index>> starts(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch)
-        starts[patch] = {largest(patch_vectors_.data() + patch * count), patch};
+        starts[patch] = {largest(patch_vectors_.data() + patch * count_), patch};
     std::sort(starts.begin(), starts.end());
     std::vector<char> is_known(patch_count_, 0);
     using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
@@ -114,6 +141,9 @@ void RelativeRotations::connect(const Execution& execution) {
             if (is_known[to]) continue;
             is_known[to] = 1;
             tree_.push_back({to, from, way});
+            for (std::size_t k = 0; k < count_; ++k)
+                patch_vectors_[to * count_ + k] =
+                    rotation_vector(means_[to * count_ + k], patch_vectors_[from * count_ + k]);
             for (const auto& [further, pair] : next_to[to]) {
                 const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
                 if (!is_known[next]) queue.emplace(further, next, to, pair);
@@ -137,7 +167,7 @@ std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>&
             sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
             ++end;
         } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
-        const Quaternion whole = quaternion_of(closest_rotation(sum));
+        const Quaternion whole = Quaternion(closest_rotation(sum));
         for (; begin < end; ++begin)
             found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
     }
@@ -204,19 +234,17 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
                                                                 const std::vector<Quaternion>& frames,
                                                                 const Execution& execution) const {
     if (patch_count_ == 0) return {};  // no vertex has a ring
-    const auto count = static_cast<std::size_t>(shape_count_);
     std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
-        const std::size_t first = patch * count;
-        in_space[patch] =
-            average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, shape_count_);
+        const std::size_t first = patch * count_;
+        in_space[patch] = average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, count_);
     }
     std::vector<Quaternion> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         Vector3 sum = Vector3::Zero();
-        for (std::size_t k = 0; k < count; ++k) {
-            const double share = 0.5 * (shares[pairs_[pair].a * count + k] + shares[pairs_[pair].b * count + k]);
-            sum += share * relative_[pair * count + k];
+        for (std::size_t k = 0; k < count_; ++k) {
+            const double share = 0.5 * (shares[pairs_[pair].a * count_ + k] + shares[pairs_[pair].b * count_ + k]);
+            sum += share * relative_[pair * count_ + k];
         }
         between[pair] = quaternion_by(sum);
     }
@@ -230,14 +258,13 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
 /// @param mean the rotation of these patches in between.
 Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                                           const std::vector<Quaternion>& frames, const Quaternion& mean) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
     Vector3 sum = Vector3::Zero();
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count_; ++k) {
         double more = weights[k];
         for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
-            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count + k];
+            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count_ + k];
         if (more == 0.0) continue;
-        const Quaternion own = patches_.mean_rotation(vertex, means_.data() + k, count);
+        const Quaternion own = patches_.mean_rotation(vertex, means_.data() + k, count_);
         sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
     }
     return quaternion_by(sum);
@@ -246,39 +273,35 @@ Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, c
 void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames,
                              const Quaternion& rotation, int threads, const Execution& execution,
                              std::vector<Quaternion>& rotations) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
     const std::vector<double> shares = patches_.mean_weights(weights);
     const std::vector<Quaternion> patches = find_patches_between(shares, frames, execution);
-    rotations.resize(layout_.vertex_count());
-    parallel_for(layout_.vertex_count(), threads, execution, [&](Index begin, Index end) {
+    rotations.resize(rings_.vertex_count());
+    parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
             rotations[v] = patches_.mean_rotation(v, patches.data(), 1);
             if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
             rotations[v] =
-                rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count, {}, of, shape_count_);
+                rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count_, {}, of, count_);
         }
     });
+}
+
+Quaternion RelativeRotations::of_shape(std::size_t shape, Index vertex) const {
+    return patches_.mean_rotation(vertex, means_.data() + shape, count_) *
+           quaternion_by(own_vectors_[vertex * count_ + shape]);
 }
 
 std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weights,
                                                 const std::vector<Index>& vertices,
                                                 const Execution& execution) const {
-    const auto count = static_cast<std::size_t>(shape_count_);
-    const std::size_t most = std::max_element(weights.begin(), weights.end()) - weights.begin();
-    std::vector<Quaternion> patches;
-    if (weights[most] == 1.0 && std::count(weights.begin(), weights.end(), 0.0) + 1 == shape_count_) {
-        for (Index patch = 0; patch < patch_count_; ++patch)
-            patches.push_back(means_[patch * count + most]);
-    } else {
-        const ShapeWeights alike(weights, shape_count_, layout_.vertex_count());
-        patches = find_patches_between(patches_.mean_weights(alike), {}, execution);
-    }
+    const ShapeWeights alike(weights, static_cast<Index>(count_), rings_.vertex_count());
+    const std::vector<Quaternion> patches = find_patches_between(patches_.mean_weights(alike), {}, execution);
     std::vector<Quaternion> result;
     for (const Index v : vertices) {
-        const Vector3* const own = own_vectors_.data() + v * count;
+        const Vector3* const own = own_vectors_.data() + v * count_;
         result.push_back(patches_.mean_rotation(v, patches.data(), 1) *
-                         average_rotation(own, {}, weights.data(), shape_count_));
+                         average_rotation(own, {}, weights.data(), count_));
     }
     return result;
 }

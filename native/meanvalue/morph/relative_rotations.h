@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
@@ -20,9 +20,10 @@ namespace meanvalue {
 /// squares, by Gauss and Newton), and the cells' own rotations are averaged on top. docs/algorithm.md, "Blending".
 class RelativeRotations {
   public:
-    /// @param layout the rings, n. @param vectors n x k rotation vectors, vertex after vertex: LocalCells.
-    /// The same bits for any `threads`. @pre layout outlives it. @throws Cancelled, SolverFailure. Cost: linear.
-    RelativeRotations(const Encoding& layout, const std::vector<Vector3>& vectors, Index shape_count, int threads,
+    /// @param rotations n x k, vertex after vertex: LocalCells. They change by a rotation for each cell, the same in
+    /// all shapes, so that they are about half as large. The same bits for any `threads`. @pre rings outlive it.
+    /// @throws Cancelled, SolverFailure. Cost: linear.
+    RelativeRotations(const OneRings& rings, std::vector<Quaternion>& rotations, std::size_t shape_count, int threads,
                       const Execution& execution);
 
     /// The rotations of all cells in between. Where one shape has all the weight they are its own.
@@ -32,7 +33,9 @@ class RelativeRotations {
     void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& rotation,
               int threads, const Execution& execution, std::vector<Quaternion>& rotations) const;
 
-    /// Those of some cells, with the same weights for all. @return one for each of `vertices`.
+    /// That of a cell in a shape.
+    Quaternion of_shape(std::size_t shape, Index vertex) const;
+    /// Those of some cells in between, with the same weights for all. @return one for each of `vertices`.
     std::vector<Quaternion> find(const std::vector<double>& weights, const std::vector<Index>& vertices,
                                  const Execution& execution) const;
 
@@ -48,8 +51,10 @@ class RelativeRotations {
         std::size_t pair;  // of both
     };
 
-    void relate(const std::vector<Vector3>& vectors, const Execution& execution);
-    void rotate_against_patches(const std::vector<Vector3>& vectors, int threads, const Execution& execution);
+    void find_pairs(const Execution& execution);
+    void average_patches(const std::vector<Quaternion>& rotations, const Execution& execution);
+    void centre(std::vector<Quaternion>& rotations);
+    void rotate_against_patches(const std::vector<Quaternion>& rotations, int threads, const Execution& execution);
     void factorise(const Execution& execution);
     void connect(const Execution& execution);
     std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
@@ -62,12 +67,12 @@ class RelativeRotations {
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                            const std::vector<Quaternion>& frames, const Quaternion& mean) const;
 
-    const Encoding& layout_;
-    Index shape_count_;
+    const OneRings& rings_;
+    std::size_t count_;  // of shapes
     CellPatches patches_;
     Index patch_count_;
-    std::vector<Vector3> patch_vectors_;  // patches x k, in space
-    std::vector<Quaternion> means_;       // these as rotations
+    std::vector<Quaternion> means_;       // patches x k: the mean rotations of patches, in space
+    std::vector<Vector3> patch_vectors_;  // the same as rotation vectors, each on the branch of its neighbors
     std::vector<Vector3> own_vectors_;    // n x k: of cells against the mean of their patches, in its frame
     std::vector<Pair> pairs_;             // a < b, ascending
     std::vector<Vector3> relative_;       // pairs x k: of b against a, in the frame of a

@@ -1,6 +1,5 @@
 #include "meanvalue/morph/rotation_vectors.h"
 
-#include <Eigen/LU>
 #include <cmath>
 
 #include "meanvalue/common/elementary.h"
@@ -10,20 +9,6 @@ namespace meanvalue {
 namespace {
 
 constexpr double kFullAngle = 6.28318530717958647692;
-constexpr int kMeanRounds = 8;
-constexpr double kMeanTolerance = 1e-9;
-constexpr double kFarStep = 1.0;  // radians; slopes are singular not far beyond
-constexpr double kSmallAngle = 1e-6;
-
-/// Minus the derivative of the vector of R exp(-s) by s at 0, without the part that cancels in a sum of zero.
-Matrix3 slope_of(const Vector3& vector) {
-    const double angle = vector.norm();
-    if (angle < kSmallAngle) return Matrix3::Identity();
-    const SineCosine half = sine_cosine(0.5 * angle);
-    const double across = 0.5 * angle * half.cosine / half.sine;
-    const Vector3 axis = vector / angle;
-    return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
-}
 
 }  // namespace
 
@@ -35,34 +20,6 @@ Quaternion quaternion_by(const Vector3& vector) {
     result.w() = half.cosine;
     result.vec() = half.sine / angle * vector;
     return result;
-}
-
-Matrix3 rotation_by(const Vector3& vector) {
-    return quaternion_by(vector).toRotationMatrix();
-}
-
-/// By its largest entry (Shepperd 1978).
-Quaternion quaternion_of(const Matrix3& r) {
-    const double trace = r.trace();
-    Eigen::Vector4d q;  // w, x, y, z
-    if (trace >= r.diagonal().maxCoeff()) {
-        q << 1.0 + trace, r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1);
-    } else {
-        Eigen::Index i = 0;
-        r.diagonal().maxCoeff(&i);
-        const Eigen::Index j = (i + 1) % 3;
-        const Eigen::Index k = (i + 2) % 3;
-        q(0) = r(k, j) - r(j, k);
-        q(1 + i) = 1.0 + r(i, i) - r(j, j) - r(k, k);
-        q(1 + j) = r(j, i) + r(i, j);
-        q(1 + k) = r(k, i) + r(i, k);
-    }
-    q /= q.norm();
-    return {q(0), q(1), q(2), q(3)};
-}
-
-Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near) {
-    return rotation_vector(quaternion_of(rotation), near);
 }
 
 Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
@@ -91,36 +48,14 @@ Quaternion half_way(const Quaternion& own, const Quaternion& other) {
 }
 
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
-                            Index count) {
+                            std::size_t count) {
     Vector3 sum = Vector3::Zero();
-    for (Index k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
         if (weights[k] == 0.0) continue;
         sum += weights[k] *
                (frames.empty() ? vectors[k] : rotation_vector(frames[k] * quaternion_by(vectors[k]), vectors[k]));
     }
     return quaternion_by(sum);
-}
-
-Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count) {
-    Matrix3 factor = Matrix3::Identity();
-    for (int round = 0; round < kMeanRounds; ++round) {
-        Vector3 mean = Vector3::Zero();
-        Matrix3 slope = Matrix3::Zero();
-        for (Index k = 0; k < count; ++k) {
-            mean += vectors[k] / count;
-            slope += slope_of(vectors[k]) / count;
-        }
-        if (mean.norm() < kMeanTolerance) break;
-        const Vector3 newton = slope.inverse() * mean;
-        const Matrix3 step =
-            rotation_by(newton.norm() < kFarStep ? newton : mean);  // else the mean, also where Newton gives NaN
-        factor = step * factor;
-        for (Index k = 0; k < count; ++k) {
-            rotations[k] = rotations[k] * step.transpose();
-            vectors[k] = rotation_vector(rotations[k], vectors[k] - mean);
-        }
-    }
-    return factor;
 }
 
 }  // namespace meanvalue

@@ -12,14 +12,9 @@ using Quaternion = Eigen::Quaterniond;
 
 /// The rotation by |vector| about it. Any length. The same bits on every processor.
 Quaternion quaternion_by(const Vector3& vector);
-Matrix3 rotation_by(const Vector3& vector);
-
-/// @param rotation orthogonal to rounding, determinant 1.
-Quaternion quaternion_of(const Matrix3& rotation);
 
 /// The vector of a rotation that is nearest to `near`: its angle may be beyond 180 degrees, or several times 360.
 Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector3::Zero());
-Vector3 rotation_vector(const Matrix3& rotation, const Vector3& near = Vector3::Zero());
 
 /// From the frame of a cell to one half-way to a neighbor's. Beyond 90 degrees between them it goes back to the
 /// cell's own, so that it is smooth also where half-way is ambiguous.
@@ -27,11 +22,6 @@ Quaternion half_way(const Quaternion& own, const Quaternion& other);
 
 /// The rotation by the average of `count` vectors. @param frames a rotation for each, which comes after it; or none.
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
-                            Index count);
-
-/// Makes rotation vectors sum to zero: multiplies the frame that they rotate from, and returns that factor. By
-/// Newton's method.
-/// @param rotations `count`, which change with it; @param vectors theirs, kept on their branches.
-Matrix3 centre_rotations(Matrix3* rotations, Vector3* vectors, Index count);
+                            std::size_t count);
 
 }  // namespace meanvalue

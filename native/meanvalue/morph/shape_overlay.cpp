@@ -79,34 +79,32 @@ std::vector<double> whole_of(const ShapeWeights& weights, const std::vector<char
 
 /// What takes the cells of a shape to how they are rotated in the mean. @param rotations one for each of `vertices`.
 Matrix3 rotation_from(const LocalCells& cells, std::size_t shape, const std::vector<Quaternion>& rotations,
-                      const std::vector<Index>& vertices, const std::vector<double>& changes,
-                      const Execution& execution) {
-    std::vector<double> alone(cells.shape_count(), 0.0);
-    alone[shape] = 1.0;
-    const std::vector<Quaternion> from = cells.rotations(alone, vertices, execution);
+                      const std::vector<Index>& vertices, const std::vector<double>& changes) {
     Matrix3 sum = Matrix3::Zero();
-    for (std::size_t k = 0; k < vertices.size(); ++k)
-        sum += changes[vertices[k]] * (rotations[k] * from[k].conjugate()).toRotationMatrix();
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+        const Quaternion change = rotations[k] * cells.cell_rotation(shape, vertices[k]).conjugate();
+        sum += changes[vertices[k]] * change.toRotationMatrix();
+    }
     return closest_rotation(sum);
 }
 
 /// Where a part fits best to the whole it enters: to each shape of that, rotated and scaled as these are in between.
-Similarity place_of_part(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
+Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
                          std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
                          const ShapeOverlay& overlay, const Execution& execution) {
     // A vertex counts by how much the weight of the part changes from it to its ring.
     std::vector<Index> border;
-    std::vector<double> changes(layout.vertex_count(), 0.0);
+    std::vector<double> changes(rings.vertex_count(), 0.0);
     bool is_there = false;
-    for (Index v = 0; v < layout.vertex_count(); ++v) {
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
         is_there = is_there || weights.of(v)[part] != 0.0;
-        for (Index place = layout.ring_offsets[v]; place < layout.ring_offsets[v + 1]; ++place)
-            changes[v] += std::abs(weights.of(v)[part] - weights.of(layout.ring[place])[part]);
+        for (const Index* neighbour = rings.begin(v); neighbour != rings.end(v); ++neighbour)
+            changes[v] += std::abs(weights.of(v)[part] - weights.of(*neighbour)[part]);
         if (changes[v] > 0.0) border.push_back(v);
     }
     if (!is_there) return overlay.places[part];
     if (border.size() < 3) {  // it is everywhere
-        border.resize(layout.vertex_count());
+        border.resize(rings.vertex_count());
         std::iota(border.begin(), border.end(), 0);
         std::fill(changes.begin(), changes.end(), 1.0);
     }
@@ -124,7 +122,7 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const Encodin
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (whole[k] == 0.0) continue;
         const Similarity fit = fit_similarity(shapes[part], shapes[k], border, changes);
-        rotations += whole[k] * rotation_from(cells, k, between, border, changes, execution) * fit.rotation;
+        rotations += whole[k] * rotation_from(cells, k, between, border, changes) * fit.rotation;
         scales[k] = fit.scale * overlay.sizes[k];
         to += whole[k] * overlay.places[k].apply(fit.apply(centre));
     }
@@ -137,24 +135,24 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const Encodin
 
 }  // namespace
 
-ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const Encoding& layout, const LocalCells& cells,
+ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
                             const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution) {
     const std::vector<char> is_part = flag_parts(weights, parts);
     if (weights.is_uniform()) return stack(shapes, cells, weights.mean());
-    const std::vector<double> whole = whole_of(weights, is_part, layout.vertex_count());
+    const std::vector<double> whole = whole_of(weights, is_part, rings.vertex_count());
     ShapeOverlay result = stack(shapes, cells, whole);
     result.frames.assign(shapes.size(), Quaternion::Identity());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (!is_part[k]) continue;
         execution.check();
-        result.places[k] = place_of_part(shapes, layout, cells, k, weights, whole, result, execution);
+        result.places[k] = place_of_part(shapes, rings, cells, k, weights, whole, result, execution);
         result.sizes[k] = result.places[k].scale;
         result.frames[k] =
-            result.rotation.conjugate() * quaternion_of(result.places[k].rotation) * cells.shape_rotation(k);
+            result.rotation.conjugate() * Quaternion(result.places[k].rotation) * cells.shape_rotation(k);
     }
-    result.whole_shares.assign(layout.vertex_count(), 0.0);
-    for (Index v = 0; v < layout.vertex_count(); ++v) {
+    result.whole_shares.assign(rings.vertex_count(), 0.0);
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
         for (std::size_t k = 0; k < shapes.size(); ++k)
             result.whole_shares[v] += is_part[k] ? 0.0 : weights.of(v)[k];
         result.whole_shares[v] = std::max(result.whole_shares[v], kLeastShare);

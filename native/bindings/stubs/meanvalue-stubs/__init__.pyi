@@ -216,8 +216,6 @@ class MorphReport:
     @property
     def component_count(self) -> int: ...
     @property
-    def guarded(self) -> list[int]: ...
-    @property
     def shape_count(self) -> int: ...
     @property
     def timings(self) -> dict[str, float]: ...
@@ -373,13 +371,6 @@ def encode(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> Encoding: ...
-def encode_alike(
-    shapes: ArrayLike,
-    faces: ArrayLike,
-    *,
-    threads: int = 0,
-    execution: Execution | None = None,
-) -> list[Encoding]: ...
 def start_bind(
     vertices: ArrayLike,
     faces: ArrayLike,
