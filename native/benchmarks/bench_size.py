@@ -9,6 +9,9 @@ The real model is subdivided, so its sizes are a fourth of each other. Every cas
     draft   what the add-on shows while a frame is solved (decision 30): median; and how far from the answer, rms
     settle  the last frame again, to the end of its valley; and how far that leads, rms
     peak    most memory that bind took, without the mesh as it is given
+
+--cores tells instead what more cores would give, by Amdahl's law: the serial share of each stage from the fastest of
+three runs with one thread and of three with two.
 """
 
 import argparse
@@ -42,6 +45,8 @@ COLUMNS = [
     "model", "vertices", "anchors", "bind s", "CPU s", *STAGES, "first s", "frame ms", "draft ms", "draft off",
     "settle s", "settle off", "peak MB", "bytes a vertex",
 ]  # fmt: skip
+TIMES = ("bind s", *STAGES, "first s", "frame ms", "settle s")
+CORES = (2, 8, 16, 32)
 # Of a bind at a million vertices; its growth is that of 6.2 times from 200,000 to a million.
 MOST_EXPONENT, MOST_SECONDS, MOST_PEAK_MB = 1.134, 10.0, 2100.0
 MOST_DRAFT_MS = {200_000: 25.0, 1_000_000: 130.0}
@@ -143,6 +148,19 @@ def run(model, setup, threads):
     return {"model": model.name, "vertices": len(model.vertices), "anchors": setup, **json.loads(done.stdout)}
 
 
+def core_rows(model, setup):
+    """For each of TIMES: what is serial of it, and how many times as fast it would be on CORES."""
+    runs = {1: [], 2: []}
+    for _ in range(3):
+        for threads, rows in runs.items():
+            rows.append(run(model, setup, threads))
+    for name in TIMES:
+        one, two = (min(row[name] for row in rows if row) for rows in runs.values())
+        serial = min(max(2 * two / one - 1, 0.0), 1.0)
+        faster = [1 / (serial + (1 - serial) / cores) for cores in CORES]
+        yield [model.name, len(model.vertices), setup, name, one, serial, *faster]
+
+
 def goal_lines(rows):
     """What was reached of the goals."""
     largest = [row for row in rows if row["vertices"] > 0.9 * SIZES[-1]]
@@ -178,10 +196,17 @@ def main():
                         help="of 50000,200000,1000000 (default: all)")  # fmt: skip
     parser.add_argument("--setups", default=SETUPS, type=lambda text: text.split(","), help="of patches,single")
     parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--cores", action="store_true", help="only what more cores would give")
     parser.add_argument("--case", type=pathlib.Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.case:
         print(json.dumps(measure(arguments.case, arguments.threads)))
+        return
+    if arguments.cores:
+        cases = [(model, setup) for model in models(arguments.sizes) for setup in arguments.setups]
+        columns = ["model", "vertices", "anchors", "stage", "one thread", "serial", *(f"{n} cores" for n in CORES)]
+        table = [row for case in cases for row in core_rows(*case)]
+        reporting.report("what more cores would give", columns, table, arguments.json)
         return
     rows = []
     for model in models(arguments.sizes):

@@ -50,7 +50,7 @@ struct OrderedMatrix {
     }
 };
 
-/// What a supernode leaves: the lower triangle by columns, without what is above the diagonal.
+/// What a supernode leaves, in the shape of its front.
 using Rest = std::unique_ptr<double[]>;
 
 class Fronts {
@@ -78,9 +78,7 @@ class Fronts {
         std::vector<std::int64_t> places;
         std::vector<Index> of_child;
         std::unique_ptr<double[]> panel;
-        std::unique_ptr<double[]> rest;
         std::int64_t panel_room = 0;
-        std::int64_t rest_room = 0;
         double reciprocals[SupernodalPattern::kMostColumns];
     };
 
@@ -98,14 +96,13 @@ class Fronts {
         for (Index block = 0; block < shape.below_blocks(); block += kBlocksPerPiece) {
             execution_.check();
             const Index end = std::min(block + kBlocksPerPiece, shape.below_blocks());
-            kernels_.update_rest(shape, worker.panel.get(), worker.rest.get(), block, end);
+            kernels_.update_rest(shape, worker.panel.get(), rests_[s].get(), block, end);
         }
-        keep_rest(s, shape, worker.rest.get());
     }
 
   private:
     void assemble(Index s, const FrontShape& shape, Worker& worker) {
-        clear(shape, worker);
+        clear(s, shape, worker);
         const Index* const rows = pattern_.rows_of(s);
         worker.position.resize(pattern_.size());
         worker.places.resize(pattern_.row_count(s));
@@ -120,67 +117,51 @@ class Fronts {
                 column[worker.places[worker.position[matrix_.rows[k]]]] += matrix_.values[k];
         }
         for (Index child = first_child_[s]; child >= 0; child = next_sibling_[child]) {
-            add_child(child, shape, worker);
+            add_child(child, s, shape, worker);
             rests_[child].reset();
         }
     }
 
-    void clear(const FrontShape& shape, Worker& worker) {
+    void clear(Index s, const FrontShape& shape, Worker& worker) {
         const std::int64_t panel_size = shape.panel_size();
         const std::int64_t stride = shape.rest_stride();
         if (worker.panel_room < panel_size) {
             worker.panel.reset(new double[panel_size]);
             worker.panel_room = panel_size;
         }
-        if (worker.rest_room < stride * stride) {
-            worker.rest.reset();
-            worker.rest.reset(new double[stride * stride]);
-            worker.rest_room = stride * stride;
-        }
+        rests_[s].reset(new double[stride * stride]);
         WorkMeter work(execution_);
         work.add(panel_size / 8);
         std::fill_n(worker.panel.get(), panel_size, 0.0);
         for (Index c = 0; c < stride; ++c) {
             const std::int64_t begin = c / kBlockRows * kBlockRows;
             work.add((stride - begin) / 2);  // where it is new memory
-            std::fill(worker.rest.get() + c * stride + begin, worker.rest.get() + (c + 1) * stride, 0.0);
+            std::fill(rests_[s].get() + c * stride + begin, rests_[s].get() + (c + 1) * stride, 0.0);
         }
     }
 
-    void add_child(Index child, const FrontShape& shape, Worker& worker) {
+    void add_child(Index child, Index s, const FrontShape& shape, Worker& worker) {
         const Index width = pattern_.width(child);
         const Index count = pattern_.row_count(child) - width;
         const Index* const rows = pattern_.rows_of(child) + width;
         worker.of_child.resize(count);
         for (Index k = 0; k < count; ++k)
             worker.of_child[k] = worker.position[rows[k]];
-        const double* value = rests_[child].get();
+        const std::int64_t child_stride = FrontShape{width, count}.rest_stride();
         const Index* const to = worker.of_child.data();
         WorkMeter work(execution_);
-        Index c = 0;
-        for (; c < count && to[c] < shape.width; ++c) {
+        for (Index c = 0; c < count; ++c) {
             work.add(count);
-            double* const column = worker.panel.get() + std::int64_t{to[c]} * kBlockRows;
-            for (Index k = c; k < count; ++k)
-                column[worker.places[to[k]]] += *value++;
-        }
-        const std::int64_t stride = shape.rest_stride();
-        for (; c < count; ++c) {
-            work.add(count);
-            double* const column = worker.rest.get() + (to[c] - shape.width) * stride - shape.width;
-            for (Index k = c; k < count; ++k)
-                column[to[k]] += *value++;
-        }
-    }
-
-    void keep_rest(Index s, const FrontShape& shape, const double* rest) {
-        if (shape.below == 0) return;
-        rests_[s].reset(new double[std::int64_t{shape.below} * (shape.below + 1) / 2]);
-        double* to = rests_[s].get();
-        WorkMeter work(execution_);
-        for (Index c = 0; c < shape.below; ++c) {
-            work.add(shape.below);
-            to = std::copy_n(rest + c * shape.rest_stride() + c, shape.below - c, to);
+            const double* const from = rests_[child].get() + c * child_stride;
+            if (to[c] < shape.width) {
+                double* const column = worker.panel.get() + std::int64_t{to[c]} * kBlockRows;
+                for (Index k = c; k < count; ++k)
+                    column[worker.places[to[k]]] += from[k];
+            } else {
+                double* const column = rests_[s].get() + (to[c] - shape.width) * shape.rest_stride() - shape.width;
+                for (Index k = c; k < count; ++k)
+                    column[to[k]] += from[k];
+            }
         }
     }
 
@@ -207,8 +188,10 @@ std::vector<std::int64_t> weights_of(const SupernodalPattern& pattern) {
 }  // namespace
 
 bool factor_fronts(const SupernodalPattern& pattern, const SparseMatrix& lower, const FrontKernels& kernels,
-                   int threads, const PanelSink& sink, const Execution& execution) {
+                   int threads, const PanelSink& sink, const Execution& execution,
+                   const std::function<void()>& when_read) {
     Fronts fronts(pattern, lower, kernels, sink, execution);
+    when_read();
     const std::vector<EliminationTask> tasks = cut_into_tasks(pattern.parents, weights_of(pattern));
     std::vector<Fronts::Worker> workers(threads);
     const auto eliminate = [&](Index task, int worker) {

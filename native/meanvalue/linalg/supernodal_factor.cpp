@@ -21,9 +21,9 @@ double scale_of(const PositionsView& numbers) {
     return std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1000, 1000));
 }
 
-[[noreturn]] void throw_too_large(const SparseMatrix& lower, const char* action) {
-    throw SolverFailure(message("too little memory to ", action, " a linear system of ", lower.rows(),
-                                " unknowns with ", lower.nonZeros(), " entries; restrict the region of influence"));
+[[noreturn]] void throw_too_large(Eigen::Index unknowns, Eigen::Index entries, const char* action) {
+    throw SolverFailure(message("too little memory to ", action, " a linear system of ", unknowns, " unknowns with ",
+                                entries, " entries; restrict the region of influence"));
 }
 
 /// The values of a supernode from the panel of its front, of which nothing above the diagonal is read.
@@ -79,7 +79,7 @@ void CholeskyFactor<Number>::analyse(const SparseMatrix& lower, const Execution&
     try {
         analysis_ = std::make_shared<const Analysis>(find_supernodes(lower, threads, execution, order), execution);
     } catch (const std::bad_alloc&) {
-        throw_too_large(lower, "analyse");
+        throw_too_large(lower.rows(), lower.nonZeros(), "analyse");
     }
 }
 
@@ -163,6 +163,20 @@ void CholeskyFactor<Number>::Analysis::place_rows(const Execution& execution) {
 
 template <typename Number>
 bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
+    return factorise(
+        lower, [] {}, execution, threads);
+}
+
+template <typename Number>
+bool CholeskyFactor<Number>::factorise(SparseMatrix&& lower, const Execution& execution, int threads) {
+    return factorise(
+        lower, [&] { SparseMatrix().swap(lower); }, execution, threads);
+}
+
+template <typename Number>
+bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const std::function<void()>& when_read,
+                                       const Execution& execution, int threads) {
+    const Eigen::Index entries = lower.nonZeros();
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
         if (!values_) values_.reset(new Lanes<Number>[analysis_->value_count]);
@@ -170,9 +184,10 @@ bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const Executio
         const auto keep = [&](Index s, const FrontShape& shape, const double* panel) {
             pack(shape, panel, &values_[analysis_->supernodes[s].values]);
         };
-        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, keep, execution);
+        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, keep, execution,
+                             when_read);
     } catch (const std::bad_alloc&) {
-        throw_too_large(lower, "factor");
+        throw_too_large(size(), entries, "factor");
     }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -49,6 +50,8 @@ class CholeskyFactor {
     /// @return false where the matrix is not positive definite to working precision.
     /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
     bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
+    /// The same in less memory: the matrix is freed before the numbers of the factor are found.
+    bool factorise(SparseMatrix&& lower, const Execution& execution, int threads = 1);
 
     /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates
     /// nothing.
@@ -67,6 +70,9 @@ class CholeskyFactor {
     const SupernodalPattern& pattern() const { return analysis_->pattern; }
 
   private:
+    bool factorise(const SparseMatrix& lower, const std::function<void()>& when_read, const Execution& execution,
+                   int threads);
+
     /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
     /// two tasks write the same place. The parent adds them to its own, child after child.
     struct UpdateRows {

@@ -116,6 +116,7 @@ class PatternBuilder {
             write_down(s);
             work.add(pattern_.row_count(pattern_.count() - 1));
         }
+        pattern_.rows.shrink_to_fit();
         find_parents();
         return std::move(pattern_);
     }

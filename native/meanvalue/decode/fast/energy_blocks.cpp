@@ -63,6 +63,7 @@ class BlockBuilder {
             add_batches(begin, std::min(begin + std::size_t{kPiece}, count));
         }
         result_.blocks.push_back({0, static_cast<std::int64_t>(result_.batches.size())});
+        result_.batches.shrink_to_fit();
         // So that nothing is copied as it grows.
         result_.bending_lanes.reserve(place_count_);
         result_.stretching_lanes.reserve(place_count_);

@@ -44,13 +44,13 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     std::vector<double> rigidities = {rigidity};
     if (kStiff > rigidity) rigidities.insert(rigidities.begin(), kStiff);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
-    const RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
+    RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
     coarsen(handles, std::move(is_soft), shape, static_cast<double>(unknowns.free.size()), execution);
     std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
     {
         const StageTimer timer(bind_timings_, "coarse level");
         for (auto level = problem_.hierarchy.levels.rbegin(); level != problem_.hierarchy.levels.rend(); ++level) {
-            const RestCells coarse_cells = rest_cells(level->encoding, region_.positions, threads_, execution);
+            RestCells coarse_cells = rest_cells(level->encoding, region_.positions, threads_, execution);
             std::vector<char> is_fixed = region_.is_fixed;
             for (std::size_t k = 0; k < level->removed_count; ++k)
                 is_fixed[problem_.hierarchy.order[k]] = 1;
@@ -62,14 +62,15 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                 coarse_soft =
                     coarse_soft_anchors(problem_.soft, problem_.hierarchy, *level, region_.is_fixed.size(), scale);
             }
-            coarse.push_back(make_level(level->encoding, coarse_cells, std::move(remaining), std::move(coarse_soft),
-                                        rigidities, execution));
+            coarse.push_back(make_level(level->encoding, std::move(coarse_cells), std::move(remaining),
+                                        std::move(coarse_soft), rigidities, execution));
             rigidities = {rigidity};
         }
     }
     const StageTimer timer(bind_timings_, "factor");
     execution.begin_stage("factor");
-    coarse.push_back(make_level(encoding_, cells, std::move(unknowns), problem_.soft, rigidities, execution));
+    coarse.push_back(
+        make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft, rigidities, execution));
     for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
         problem_.levels.push_back(std::move(*level));
 }
@@ -92,8 +93,8 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
                                          execution, shape.earlier_removals.get(), &removals_);
 }
 
-std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, const RestCells& cells,
-                                                   Unknowns unknowns, std::vector<SoftAnchor> soft,
+std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
+                                                   std::vector<SoftAnchor> soft,
                                                    const std::vector<double>& rigidities,
                                                    Execution& execution) const {
     const bool is_whole = &encoding == &encoding_;
@@ -110,6 +111,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,
         instructions_, SoftConstraints(std::move(soft), level->unknowns),
         &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
+    cells = {};  // they are large, and what follows takes the most memory
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         InitialHessian initial = level->energy->initial_hessian(rigidity, threads_, execution);
@@ -129,8 +131,8 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, con
         } else {
             stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }
-        if (!stage.factor.factorise(hessian, execution, threads_)) {
-            throw SolverFailure(message("the system of ", hessian.cols(), " free vertices is singular"));
+        if (!stage.factor.factorise(std::move(hessian), execution, threads_)) {
+            throw SolverFailure(message("the system of ", level->unknowns.free.size(), " free vertices is singular"));
         }
         level->stages.push_back(std::move(stage));
     }

@@ -32,7 +32,7 @@ class FastDecoder : public Decoder {
     /// Fills the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
                  double free_count, Execution& execution);
-    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, const RestCells& cells, Unknowns unknowns,
+    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
                                           Execution& execution) const;
 
