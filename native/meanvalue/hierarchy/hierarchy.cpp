@@ -15,9 +15,6 @@
 namespace meanvalue {
 namespace {
 
-// What a round of the queue costs at least, besides long rings: see WorkMeter.
-constexpr std::size_t kStepsPerRound = 128;
-
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// Removes one vertex after another and writes down what each removal needs to be undone.
@@ -68,7 +65,7 @@ class Coarsening {
     /// Removes vertices until `count` free ones are left, or none can be removed.
     void coarsen_to(Index count, std::vector<Index>& order) {
         while (remaining_ > count) {
-            work_.add(kStepsPerRound);
+            work_.add(RingMesh::kLongestRing * RingMesh::kLongestRing);  // comparing costs at a ring
             const Candidate logged = next_logged();
             if (candidates_.empty() && logged == kLastCandidate) return;
             if (candidates_.empty() || logged < candidates_.top()) {

@@ -85,12 +85,12 @@ Index Splits::longest_ring() const {
 
 SplitRecorder::SplitRecorder(Index vertex_count) : depth_(vertex_count, 0) {
     // Enough for most meshes, so that it need not be copied while it grows; what stays unused costs nothing.
-    constexpr std::size_t kUsualRing = 6;
+    // Rings have six vertices on average, since edges are three times as many as vertices.
     const auto count = static_cast<std::size_t>(vertex_count);
     taken_.vertices.reserve(count);
     taken_.offsets.reserve(count + 1);
     taken_.closed.reserve(count);
-    taken_.ring.reserve(kUsualRing * count);
+    taken_.ring.reserve(6 * count);
 }
 
 void SplitRecorder::add(Index vertex, const RingView& ring) {

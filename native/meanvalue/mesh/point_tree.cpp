@@ -5,19 +5,13 @@
 #include <tuple>
 
 namespace meanvalue {
-namespace {
-
-constexpr std::size_t kLeaf = 8;  // ranges up to this are searched through
-
-}  // namespace
-
 PointTree::PointTree(const PositionsView& positions, std::vector<Index> rows, const Execution& execution)
     : positions_(positions), rows_(std::move(rows)), axis_(rows_.size(), 0) {
     split({0, rows_.size()}, execution);
 }
 
 void PointTree::split(Range range, const Execution& execution) {
-    if (range.second - range.first <= kLeaf) return;
+    if (range.second - range.first < 2) return;
     execution.check();
     Vector3 low = positions_.row(rows_[range.first]);
     Vector3 high = low;
@@ -46,17 +40,10 @@ PointTree::Nearest PointTree::nearest(const Vector3& point) const {
 }
 
 void PointTree::search(Range range, const Vector3& point, Nearest& best) const {
-    const auto try_row = [&](std::size_t k) {
-        const double distance = (Vector3(positions_.row(rows_[k])) - point).squaredNorm();
-        if (distance < best.squared_distance) best = {rows_[k], distance};
-    };
-    if (range.second - range.first <= kLeaf) {
-        for (std::size_t k = range.first; k < range.second; ++k)
-            try_row(k);
-        return;
-    }
+    if (range.first == range.second) return;
     const std::size_t middle = middle_of(range);
-    try_row(middle);
+    const double distance = (Vector3(positions_.row(rows_[middle])) - point).squaredNorm();
+    if (distance < best.squared_distance) best = {rows_[middle], distance};
     const int axis = axis_[middle];
     const double off = point(axis) - positions_(rows_[middle], axis);
     const Range low{range.first, middle};

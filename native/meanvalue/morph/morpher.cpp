@@ -20,10 +20,9 @@
 namespace meanvalue {
 namespace {
 
-// A vertex is still that moves less than this share of the size between shapes; the second is the weight of all
-// others when the result is placed, so that the body does not rock because an arm swings.
+// A vertex is still that moves less than this share of the size between shapes: the more, the more of the body places
+// the result; the less, the less it rocks.
 constexpr double kStill = 0.02;
-constexpr double kMoving = 1e-3;
 // Weight of a part's own rotation beside the fit: enough that it does not turn over where average positions cancel
 // each other, as those of a straight limb and of one that is curled up do.
 constexpr double kOwnRotation = 0.25;
@@ -59,7 +58,7 @@ void refuse_mirrored(const MorphBinding& binding, const OneRings& rings) {
     }
 }
 
-/// n weights, kMoving to 1 + kMoving: how still each vertex is between the shapes.
+/// n weights, kLeastWeight to 1 + kLeastWeight: how still each vertex is between the shapes.
 std::vector<double> stillness(const std::vector<PositionsView>& shapes, double size, const Execution& execution) {
     const double even = 1.0 / static_cast<double>(shapes.size());
     std::vector<double> result(shapes[0].rows());
@@ -71,7 +70,7 @@ std::vector<double> stillness(const std::vector<PositionsView>& shapes, double s
         double squares = 0.0;
         for (const PositionsView& shape : shapes)
             squares += even * (Vector3(shape.row(v)) - mean).squaredNorm() / (kStill * kStill * size * size);
-        result[v] = kMoving + std::max(0.0, 1.0 - squares) * std::max(0.0, 1.0 - squares);
+        result[v] = kLeastWeight + std::max(0.0, 1.0 - squares) * std::max(0.0, 1.0 - squares);
     }
     return result;
 }

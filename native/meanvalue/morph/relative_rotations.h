@@ -62,8 +62,8 @@ class RelativeRotations {
                                                  const Execution& execution) const;
     std::vector<Quaternion> follow(const std::vector<Quaternion>& between,
                                    const std::vector<Quaternion>& in_space) const;
-    double step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
-                const Execution& execution) const;
+    void step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
+              const Execution& execution) const;
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
                            const std::vector<Quaternion>& frames, const Quaternion& mean) const;
 

@@ -12,9 +12,6 @@
 namespace meanvalue {
 namespace {
 
-// Weight of a vertex that is all graft when the whole is placed.
-constexpr double kLeastShare = 1e-3;
-
 std::vector<char> flag_parts(const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts) {
     const Index count = weights.shape_count();
     std::vector<char> is_part(count, parts ? 0 : 1);
@@ -155,7 +152,7 @@ ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneR
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         for (std::size_t k = 0; k < shapes.size(); ++k)
             result.whole_shares[v] += is_part[k] ? 0.0 : weights.of(v)[k];
-        result.whole_shares[v] = std::max(result.whole_shares[v], kLeastShare);
+        result.whole_shares[v] = std::max(result.whole_shares[v], kLeastWeight);
     }
     return result;
 }

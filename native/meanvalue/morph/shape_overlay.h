@@ -12,6 +12,10 @@
 
 namespace meanvalue {
 
+/// Weight, beside 1, of a vertex that moves or is all graft when the result is placed: the less, the less the body
+/// rocks because an arm swings; at 0 a part of which nothing is still would have no place.
+constexpr double kLeastWeight = 1e-3;
+
 /// Shapes that the whole is a mix of are put about their centers, at their common size; shapes that enter in part
 /// (grafts) by what fits best where they enter.
 struct ShapeOverlay {
