@@ -9,8 +9,6 @@ namespace {
 
 // Enough for every finger. Finer ones follow strains, which tilt the axes of relative rotations.
 constexpr Index kPatches = 600;
-// Shares of patches go over into each other by averaging with neighbors, so many times per cell across a patch.
-constexpr double kSpreads = 1.5;
 constexpr double kLeastShare = 1e-2;
 
 }  // namespace
@@ -71,7 +69,8 @@ void CellPatches::spread(const OneRings& rings, const Execution& execution) {
         if (of[v] >= 0) known[v] = {{of[v], 1.0}};
     }
     const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, count()));
-    const int rounds = across < 1.5 ? 0 : static_cast<int>(std::lround(kSpreads * across));
+    // Averaged with neighbors once for each cell across a patch, shares go over into those of the next.
+    const int rounds = across < 1.5 ? 0 : static_cast<int>(std::lround(across));
     std::vector<double> sums(count(), 0.0);
     std::vector<Index> seen;
     for (int round = 0; round < rounds; ++round) {
