@@ -244,8 +244,8 @@ void bind_deformer(py::module_& module) {
         module, "Drag", py::module_local(),
         "A row of solves, each from the answer of the one before: by Deformer.drag().\n\n"
         "Method 'fast' goes on with what the solves before have told: an answer depends on them, within the\n"
-        "tolerance, and a long way downhill may be left to the next solve (Solution.stop_reason says so; settle\n"
-        "leaves nothing). One solve at a time: a second waits.");
+        "tolerance, and the end of a long flat valley may be left to the next solve (settle leaves nothing). One\n"
+        "solve at a time: a second waits.");
     def_with_start(
         drag, "solve", &start_solve_in_drag,
         "As Deformer.solve(), from the last answer. After an exception the next begins where this one did.",

@@ -105,8 +105,6 @@ void bind_reports(py::module_& module) {
             "str: why the solve ended.\n"
             "'converged': a minimum is near.\n"
             "'iteration limit': at max_iterations; a solve from this shape goes on.\n"
-            "'left to the next solve': method 'fast', with a start: in a long flat valley, which the next\n"
-            "frame of the drag goes on along; settle=True goes to its end.\n"
             "'no step lowers the energy further': at the limit of rounding; converged tells whether near a\n"
             "minimum.\n"
             "'the energy no longer falls': method 'full': in a long flat valley.\n"

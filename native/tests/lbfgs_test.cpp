@@ -212,34 +212,6 @@ TEST(Lbfgs, AnEnergyToleranceEndsTheLongTailAndNoFall) {
     EXPECT_LT(line.minimise(line.steep_energy(), options, all_short).energies.back(), 1.01 * whole.energies.back());
 }
 
-TEST(Lbfgs, AnAdaptedScalingSparesEvaluationsWhereTheMatrixIsTooStiff) {
-    Line line(301);
-    const Positions minimum = 0.5 * Line(451, false).start.topRows(line.size());
-    const auto run = [&](double stiffness, bool adapt_scaling) {
-        int evaluations = 0;
-        const Lbfgs::Energy whole = line.quadratic(minimum);
-        // What bends by itself keeps the minimum from being found in one step.
-        const Lbfgs::Energy energy = [&](const Positions& positions, Positions& gradient) {
-            ++evaluations;
-            const double value = whole(positions, gradient);
-            const Positions offset = line.free_of(positions) - minimum;
-            gradient.array() += 0.4 * offset.array().cube();
-            gradient /= stiffness;
-            return (value + 0.1 * offset.array().square().square().sum()) / stiffness;
-        };
-        LbfgsOptions options = options_with(1e-9, 200);
-        options.adapt_scaling = adapt_scaling;
-        Positions positions = line.start;
-        const LbfgsReport report = line.minimise(energy, options, positions);
-        EXPECT_TRUE(report.converged);
-        expect_never_rises(report.energies);
-        EXPECT_LT((line.free_of(positions) - minimum).cwiseAbs().maxCoeff(), 1e-7);
-        return evaluations;
-    };
-    EXPECT_LT(run(2.5, true), run(2.5, false));
-    EXPECT_LE(run(1.0, true), run(1.0, false) + 1);  // and costs nothing where it is not
-}
-
 TEST(Lbfgs, GivesTheSameBitsForAnyNumberOfThreads) {
     Line line(30000);
     Positions one = line.start;

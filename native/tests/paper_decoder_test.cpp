@@ -86,7 +86,7 @@ TEST(GaussSeidel, LeavesAVertexThatItsRowsDoNotDetermineWhereItIs) {
     Positions positions = mesh.vertices;
     positions(9, 0) += 0.1;
     const Positions before = positions;
-    relaxation.sweep(positions, 1, Execution());
+    relaxation.sweep(positions, Execution());
     EXPECT_EQ(positions, before);
 }
 
@@ -100,7 +100,7 @@ TEST(GaussSeidel, SweepsLowerTheEnergyTowardsTheMinimum) {
     double energy = meanvalue::energy(encoding, positions, 1, execution);
     const double start = energy;
     for (int sweep = 0; sweep < 20; ++sweep) {
-        relaxation.sweep(positions, 1, execution);
+        relaxation.sweep(positions, execution);
         const double after = meanvalue::energy(encoding, positions, 1, execution);
         EXPECT_LT(after, energy * (1 + 1e-9)) << sweep;
         energy = after;

@@ -84,7 +84,7 @@ TEST(Preconditioner, AmountsMayChange) {
     fresh.correct(second, 2, chain.execution);
     EXPECT_GT((first - right_hand_sides()).norm(), 0.1);
     EXPECT_LT((first - second).norm(), 1e-6 * first.norm());
-    changed.clear();
+    changed.set(chain.factor, rows, {0.0, 0.0}, 1, chain.execution, chain.workspace);
     Positions same = right_hand_sides();
     changed.correct(same, 1, chain.execution);
     EXPECT_EQ(same, right_hand_sides());

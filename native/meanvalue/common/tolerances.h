@@ -11,5 +11,7 @@ constexpr double kNegligible = 1e-9;
 /// Points nearer to each other than this share of what is around them are in one place, on one line or in one plane:
 /// what depends on how they differ is lost in rounding.
 constexpr double kCoincident = 1e-6;
+/// What sums over many operations leave of a zero in single precision.
+constexpr double kSinglePrecision = 1e-6;
 
 }  // namespace meanvalue

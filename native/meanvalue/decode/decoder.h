@@ -48,12 +48,6 @@ struct DecodeReport {
     Timings timings;  ///< seconds by stage
 };
 
-/// In bytes, estimated: what models of 7,000 to 50,000 vertices took for each free vertex, and the factors.
-struct MemoryUse {
-    std::size_t bound = 0;      ///< by what was bound
-    std::size_t workspace = 0;  ///< by each workspace, once all of it is in use
-};
-
 /// What a solve writes besides its result. One solve at a time uses it; kept for the next, it spares taking memory.
 /// That of a drag remembers its solves, so that the next takes fewer iterations.
 class Workspace {
@@ -94,7 +88,9 @@ class Decoder {
     const std::shared_ptr<const RemovalLog>& removals() const { return removals_; }
     const Timings& bind_timings() const { return bind_timings_; }
     virtual Index row_count() const = 0;  ///< residuals that take part
-    virtual MemoryUse memory() const = 0;
+    /// What was bound and a workspace hold, estimated: what models of 7,000 to 50,000 vertices took for each free
+    /// vertex, and the factors.
+    virtual std::size_t bytes() const = 0;
     virtual std::vector<Index> level_sizes() const = 0;  ///< free vertices in each level, finest first
     virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
 

@@ -8,7 +8,7 @@
 
 namespace meanvalue {
 
-std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution,
+std::shared_ptr<const RegionShape> encode_shape(Region region, bool has_order, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples) {
     auto shape = std::make_shared<RegionShape>();
     shape->region = std::move(region);
@@ -20,21 +20,12 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts,
         shape->encoding = encode(shape->rings, of.positions, threads, execution);
         shape->size = mean_diagonal(of.positions, threads, execution);
     }
-    if (parts.stiff_rings) {
-        const StageTimer timer(shape->timings, "encode");
-        std::vector<Index> vertices;
-        for (Index v = 0; v < shape->encoding.vertex_count(); ++v) {
-            if (shape->encoding.predictable(v)) vertices.push_back(v);
-        }
-        const RestCells cells = rest_cells(shape->encoding, of.positions, threads, execution);
-        shape->stiff_rings = find_stiff_rings(shape->encoding, vertices, cells, execution);
-    }
     if (!examples.empty()) {
         const StageTimer timer(shape->timings, "examples");
         execution.begin_stage("examples");
         shape->examples.emplace(shape->encoding, of, examples, threads, execution);
     }
-    if (parts.elimination_order) {
+    if (has_order) {
         const StageTimer timer(shape->timings, "order");
         execution.begin_stage("order");
         shape->elimination_order = find_elimination_order(shape->encoding, threads, execution);

@@ -10,7 +10,6 @@
 #include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/decode/fast/hessian_springs.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/examples/example_shapes.h"
 #include "meanvalue/hierarchy/hierarchy.h"
@@ -27,7 +26,6 @@ struct RegionShape {
     Encoding encoding;                      ///< by those rings
     double size = 0.0;                      ///< mean_diagonal()
     std::vector<Index> elimination_order;   ///< or empty: for methods that have no use for it
-    std::optional<StiffRings> stiff_rings;  ///< of all vertices by that encoding; or none, for such methods
     std::optional<ExampleShapes> examples;  ///< or none
     Timings timings;                        ///< seconds by stage
 };
@@ -45,15 +43,9 @@ struct EncodedRegion {
     std::shared_ptr<const RemovalLog> earlier_removals;
 };
 
-/// What a method has use for besides rings and encoding.
-struct ShapeParts {
-    bool elimination_order = false;
-    bool stiff_rings = false;
-};
-
-/// @param examples of the whole mesh, or none. @throws Cancelled. Cost: linear, but with an order of elimination that
-/// of a nested dissection.
-std::shared_ptr<const RegionShape> encode_shape(Region region, ShapeParts parts, int threads, Execution& execution,
+/// @param has_order whether the method has use for an order of elimination. @param examples of the whole mesh, or
+/// none. @throws Cancelled. Cost: linear, but with an order of elimination that of a nested dissection.
+std::shared_ptr<const RegionShape> encode_shape(Region region, bool has_order, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples = {});
 
 /// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.

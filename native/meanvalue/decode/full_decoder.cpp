@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/optimise/elimination_order.h"
 
@@ -10,10 +11,6 @@ namespace {
 
 // A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
 constexpr double kSettledPerTolerance = 100.0;
-// Residuals below this share of the diagonal are rounding.
-constexpr double kRounding = 1e-13;
-// Fixed vertices that a similarity carries to within this share of the diagonal leave nothing to follow.
-constexpr double kNegligibleMove = 1e-12;
 
 }  // namespace
 
@@ -29,10 +26,9 @@ std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& executio
     return std::make_unique<FullWorkspace>(system_->make_workspace(execution), analysed_.with_same_pattern());
 }
 
-MemoryUse FullDecoder::memory() const {
-    constexpr std::size_t kBound = 4400;
-    constexpr std::size_t kWorkspace = 2400;
-    return {kBound * unknowns_.free.size(), kWorkspace * unknowns_.free.size() + analysed_.bytes()};
+std::size_t FullDecoder::bytes() const {
+    constexpr std::size_t kEachFree = 6800;
+    return kEachFree * unknowns_.free.size() + analysed_.bytes();
 }
 
 FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
@@ -82,7 +78,7 @@ void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& wo
     for (const Index v : unknowns_.free) {
         fixed_moves.row(v).setZero();
     }
-    if (fixed_moves.cwiseAbs().maxCoeff() > kNegligibleMove * diagonal_) {
+    if (fixed_moves.cwiseAbs().maxCoeff() > kRounding * diagonal_) {
         carried = follow_fixed_moves(*system_, workspace.system, workspace.cholesky, unknowns_, options, carried,
                                      fixed_moves, execution);
     }

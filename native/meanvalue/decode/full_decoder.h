@@ -23,7 +23,7 @@ class FullDecoder : public Decoder {
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(unknowns_.rows.size()); }
-    MemoryUse memory() const override;
+    std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override { return {static_cast<Index>(unknowns_.free.size())}; }
     Index longest_ring() const override { return encoding_.longest_ring(); }
 

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
@@ -19,14 +20,8 @@ namespace {
 constexpr double kCoarseShare = 0.03;
 // "Several Gauss-Seidel iterations, typically four."
 constexpr int kSweeps = 4;
-// The base mesh is solved to this share of the diagonal.
-constexpr double kBaseTolerance = 1e-9;
-// Residuals below these shares of the diagonal are rounding; the splits that lead to the coarse level add to it.
-constexpr double kBaseRounding = 1e-13;
-constexpr double kCoarseRounding = 1e-11;
 // The coarse level is only a stage on the way: the splits that follow undo more than what is left by then.
 constexpr double kCoarseSettled = 1e-4;
-constexpr int kMostCoarseSteps = 30;
 
 /// The energy where all rows have residuals of `length`.
 double energy_of(const Unknowns& unknowns, double length) {
@@ -113,7 +108,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     {
         const StageTimer timer(report.timings, "relax");
         for (int sweep = 0; sweep < kSweeps; ++sweep)
-            relaxation_->sweep(positions, threads, execution);
+            relaxation_->sweep(positions, execution);
     }
     report.energies.push_back(fine_energy(positions, threads, execution));
     if (!std::isfinite(report.energies.back()) || !positions.allFinite()) {
@@ -156,8 +151,8 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
         positions = std::move(carried);
     }
     MinimiseOptions options;
-    options.step_tolerance = kBaseTolerance * diagonal_;
-    options.negligible_energy = energy_of(base_unknowns_, kBaseRounding * diagonal_);
+    options.step_tolerance = kNegligible * diagonal_;
+    options.negligible_energy = energy_of(base_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);
     return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
@@ -167,17 +162,15 @@ MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, int threads
                                           Execution& execution) const {
     MinimiseOptions options;
     options.settled_decrease = kCoarseSettled;
-    options.negligible_energy = energy_of(coarse_unknowns_, kCoarseRounding * diagonal_);
-    options.max_iterations = kMostCoarseSteps;
+    options.negligible_energy = energy_of(coarse_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);
     return minimise(*coarse_, workspace.coarse, cholesky, coarse_unknowns_, options, positions, execution);
 }
 
-MemoryUse PaperDecoder::memory() const {
-    constexpr std::size_t kBound = 850;
-    constexpr std::size_t kWorkspace = 250;
-    return {kBound * fine_.free.size(), kWorkspace * fine_.free.size()};
+std::size_t PaperDecoder::bytes() const {
+    constexpr std::size_t kEachFree = 1100;
+    return kEachFree * fine_.free.size();
 }
 
 }  // namespace meanvalue

@@ -34,7 +34,7 @@ class PaperDecoder : public Decoder {
                         Execution& execution) const override;
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
-    MemoryUse memory() const override;
+    std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
 

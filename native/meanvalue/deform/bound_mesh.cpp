@@ -144,8 +144,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     if (is_same) return earlier->decoder().shape();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);
-    const ShapeParts parts{method_ != Method::kPaper, method_ == Method::kFast};
-    return encode_shape(std::move(region), parts, threads_, execution, mesh_->examples);
+    return encode_shape(std::move(region), method_ != Method::kPaper, threads_, execution, mesh_->examples);
 }
 
 Binding BoundMesh::binding_again() const {
@@ -180,7 +179,7 @@ void BoundMesh::fill_report(Components components) {
     }
     for (const auto& [stage, seconds] : decoder_->bind_timings())
         report_.timings[stage] += seconds;
-    report_.bytes = decoder_->memory().bound + decoder_->memory().workspace;
+    report_.bytes = decoder_->bytes();
 }
 
 void BoundMesh::check_weights(const std::vector<double>& weights) const {

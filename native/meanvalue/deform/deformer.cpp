@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/bound_mesh.h"
-#include "meanvalue/deform/workspace_pool.h"
 
 namespace meanvalue {
 
@@ -19,10 +18,24 @@ Solution::~Solution() = default;
 
 struct Deformer::State {
     State(const Binding& binding, Execution& execution, const BoundMesh* earlier)
-        : bound(binding, execution, earlier), workspaces(bound.decoder()) {}
+        : bound(binding, execution, earlier) {}
+
+    /// Neither of these waits: in a forked child the lock may be held for ever.
+    std::unique_ptr<Workspace> take_workspace(const Execution& execution) {
+        {
+            const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+            if (lock && idle) return std::move(idle);
+        }
+        return bound.decoder().make_workspace(execution);
+    }
+    void keep_workspace(std::unique_ptr<Workspace> workspace) {
+        const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+        if (lock) idle = std::move(workspace);
+    }
 
     const BoundMesh bound;
-    WorkspacePool workspaces;
+    std::mutex mutex;
+    std::unique_ptr<Workspace> idle;  // of the last solve, for the next: to take its memory again costs a part of one
 };
 
 struct Deformer::Drag::State {
@@ -31,7 +44,7 @@ struct Deformer::Drag::State {
     const Deformer& deformer;
     std::mutex mutex;
     std::optional<Positions> region;  // of the last answer
-    std::optional<WorkspacePool::Loan> loan;
+    std::unique_ptr<Workspace> workspace;
 };
 
 Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier)
@@ -55,10 +68,12 @@ const BoundMesh& Deformer::bound() const {
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) const {
-    WorkspacePool::Loan loan(state_->workspaces, execution);
+    std::unique_ptr<Workspace> workspace = state_->take_workspace(execution);
     std::optional<Positions> region;
     if (start) region = bound().region_of(*start, bound().threads_of(options.threads), execution);
-    return solve_with(loan.workspace(), false, targets, region, options, execution);
+    Solution solution = solve_with(*workspace, false, targets, region, options, execution);
+    state_->keep_workspace(std::move(workspace));
+    return solution;
 }
 
 Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start)
@@ -66,15 +81,13 @@ Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView
     if (start) state_->region = deformer.bound().region_of(*start, deformer.bound().threads_of(0), Execution());
 }
 
-Deformer::Drag::~Drag() {
-    if (state_->loan) state_->loan->workspace().forget();
-}
+Deformer::Drag::~Drag() = default;
 
 Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
     const std::lock_guard<std::mutex> lock(state_->mutex);
     const Deformer& deformer = state_->deformer;
-    if (!state_->loan) state_->loan.emplace(deformer.state_->workspaces, execution);
-    return deformer.solve_with(state_->loan->workspace(), true, targets, state_->region, options, execution);
+    if (!state_->workspace) state_->workspace = deformer.bound().decoder().make_workspace(execution);
+    return deformer.solve_with(*state_->workspace, true, targets, state_->region, options, execution);
 }
 
 Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,

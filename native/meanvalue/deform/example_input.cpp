@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/volume.h"
 
@@ -14,8 +15,6 @@ namespace {
 
 // Examples beyond this size over the rest shape's, or one over it, are in other units.
 constexpr double kMostScale = 10.0;
-// Shapes that are so near after a rigid motion, as a share of the diagonal, are one shape.
-constexpr double kSameShape = 1e-7;
 
 /// The root mean square of all edges: the same however a shape is rotated.
 double edge_size(const PositionsView& shape, const TrianglesView& faces) {
@@ -30,11 +29,11 @@ double edge_size(const PositionsView& shape, const TrianglesView& faces) {
 /// Whether one is the other, rotated and moved.
 bool are_same(const PositionsView& a, const PositionsView& b, double diagonal, const std::vector<Index>& vertices) {
     Similarity motion = fit_similarity(a, b, vertices);
-    if (std::abs(motion.scale - 1.0) > kSameShape) return false;
+    if (std::abs(motion.scale - 1.0) > kCoincident) return false;
     double farthest = 0.0;
     for (const Index v : vertices)
         farthest = std::max(farthest, (motion.apply(a.row(v).transpose()) - b.row(v).transpose()).norm());
-    return farthest <= kSameShape * diagonal;
+    return farthest <= kCoincident * diagonal;
 }
 
 }  // namespace
@@ -70,7 +69,7 @@ void require_examples(const Binding& binding) {
             throw InvalidInput(message(name, " is mirrored, or inside out; mirror it back along one axis"));
         }
         for (std::size_t other = 0; other <= k; ++other) {
-            if (std::abs(sizes[other] - sizes.back()) > kSameShape * sizes.back()) continue;
+            if (std::abs(sizes[other] - sizes.back()) > kCoincident * sizes.back()) continue;
             const Positions& earlier = other == 0 ? rest : *binding.examples[other - 1];
             if (!are_same(earlier, example, diagonal, vertices)) continue;
             throw InvalidInput(

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/mesh/point_tree.h"
 
 namespace meanvalue {
@@ -20,9 +20,6 @@ constexpr std::size_t kLeastPoints = 24;
 // Distances shorter than this share of the part's size count as that, so that a single touching vertex does not
 // decide alone.
 constexpr double kSoftDistance = 0.1;
-// The edges that tell growth are those at so many vertices of the carrier, the nearest of a sample.
-constexpr std::size_t kGrowthSample = 2048;
-constexpr std::size_t kGrowthVertices = 32;
 // Only so many of the largest loose parts may contain others, whose boxes may stick out by this share.
 constexpr std::size_t kMostContainers = 256;
 constexpr double kSticksOut = 0.05;
@@ -77,7 +74,7 @@ class Finder {
             } else {
                 found.carriers[part] = contacts.carrier;
                 found.patch_of_part[part] = static_cast<Index>(found.patches.size());
-                found.patches.push_back(patch_of(part, contacts));
+                found.patches.push_back(patch_of(contacts));
             }
             if (members_[part].size() > 3 && containers.size() < kMostContainers) containers.push_back(part);
         }
@@ -112,22 +109,15 @@ class Finder {
     }
 
     void list_neighbours(const TrianglesView& faces) {
-        offsets_.assign(components_.part_of.size() + 1, 0);
-        execution_.check();
-        for (Index f = 0; f < faces.rows(); ++f) {
-            for (int c = 0; c < 3; ++c)
-                offsets_[faces(f, c) + 1] += 2;
-        }
-        std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
-        neighbours_.resize(offsets_.back());
-        std::vector<Index> filled(offsets_.begin(), offsets_.end() - 1);
-        execution_.check();
-        for (Index f = 0; f < faces.rows(); ++f) {
-            for (int c = 0; c < 3; ++c) {
-                neighbours_[filled[faces(f, c)]++] = faces(f, (c + 1) % 3);
-                neighbours_[filled[faces(f, c)]++] = faces(f, (c + 2) % 3);
+        neighbours_ = grouped<Index>(components_.part_of.size(), [&](const auto& visit) {
+            execution_.check();
+            for (Index f = 0; f < faces.rows(); ++f) {
+                for (int c = 0; c < 3; ++c) {
+                    visit(faces(f, c), faces(f, (c + 1) % 3));
+                    visit(faces(f, c), faces(f, (c + 2) % 3));
+                }
             }
-        }
+        });
     }
 
     Contacts contacts_of(Index part) const {
@@ -164,8 +154,9 @@ class Finder {
     /// The point of the faces at a vertex that is nearest to `point`; beyond the edges of a face, about.
     FacePoint point_near(const PointTree::Nearest& vertex, const Vector3& point) const {
         FacePoint best{{vertex.row, vertex.row, vertex.row}, Vector3::UnitX(), vertex.squared_distance};
-        for (Index j = offsets_[vertex.row]; j < offsets_[vertex.row + 1]; j += 2) {  // two neighbors from each face
-            const std::array<Index, 3> corners{vertex.row, neighbours_[j], neighbours_[j + 1]};
+        const auto around = neighbours_.of(vertex.row);
+        for (const Index* next = around.begin(); next != around.end(); next += 2) {  // two neighbors from each face
+            const std::array<Index, 3> corners{vertex.row, next[0], next[1]};
             Matrix3 at;
             for (int c = 0; c < 3; ++c)
                 at.col(c) = rest_.row(corners[c]).transpose();
@@ -200,11 +191,11 @@ class Finder {
         return -1;
     }
 
-    LoosePatch patch_of(Index part, const Contacts& contacts) const {
+    LoosePatch patch_of(const Contacts& contacts) const {
         LoosePatch patch;
         patch.contact = points_of(contacts.weights);
         patch.around = points_of(widened(contacts.weights));
-        add_edges(boxes_[part].center(), contacts.carrier, patch);
+        add_edges(patch);
         return patch;
     }
 
@@ -226,9 +217,9 @@ class Finder {
         for (std::map<Index, double> border = weights; !border.empty() && weights.size() < kLeastPoints;) {
             std::map<Index, double> ring;
             for (const auto& [v, weight] : border) {
-                for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j) {
-                    if (weights.count(neighbours_[j]) != 0) continue;
-                    double& reached = ring[neighbours_[j]];
+                for (const Index neighbour : neighbours_.of(v)) {
+                    if (weights.count(neighbour) != 0) continue;
+                    double& reached = ring[neighbour];
                     reached = std::max(reached, 0.5 * weight);
                 }
             }
@@ -238,18 +229,12 @@ class Finder {
         return weights;
     }
 
-    void add_edges(const Vector3& centre, Index carrier, LoosePatch& patch) const {
-        std::vector<std::pair<double, Index>> near;
-        for (const Index v : some_of(members_[carrier], kGrowthSample))
-            near.emplace_back((Vector3(rest_.row(v)) - centre).squaredNorm(), v);
-        const auto count = static_cast<std::ptrdiff_t>(std::min(kGrowthVertices, near.size()));
-        std::partial_sort(near.begin(), near.begin() + count, near.end());
-        near.resize(count);
-        for (const auto& [distance, v] : near) {
-            for (Index j = offsets_[v]; j < offsets_[v + 1]; ++j) {
-                const double length = (rest_.row(neighbours_[j]) - rest_.row(v)).norm();
+    void add_edges(LoosePatch& patch) const {
+        for (const Index v : patch.around.points) {
+            for (const Index neighbour : neighbours_.of(v)) {
+                const double length = (rest_.row(neighbour) - rest_.row(v)).norm();
                 if (length == 0.0) continue;
-                patch.edges.push_back({v, neighbours_[j]});
+                patch.edges.push_back({v, neighbour});
                 patch.lengths.push_back(length);
             }
         }
@@ -261,8 +246,7 @@ class Finder {
     std::vector<std::vector<Index>> members_;  // of each part
     std::vector<Box> boxes_;
     PointTree fixed_;
-    std::vector<Index> offsets_;  // n + 1, into neighbours_; those over inner edges are there twice
-    std::vector<Index> neighbours_;
+    Grouped<Index> neighbours_;  // of each vertex; those over inner edges are there twice
 };
 
 }  // namespace

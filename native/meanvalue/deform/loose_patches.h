@@ -40,7 +40,7 @@ Vector3 weighted_centre(const WeightedPoints& some, const Scalar* positions) {
 struct LoosePatch {
     WeightedPoints contact;                   ///< where it is moved to: corners of the faces that it touches
     WeightedPoints around;                    ///< how it is rotated: these, and what is around them
-    std::vector<std::array<Index, 2>> edges;  ///< how it grows: some edges of the carrier around the part
+    std::vector<std::array<Index, 2>> edges;  ///< how it grows: those at what is around
     std::vector<double> lengths;              ///< of these at rest, above 0
 };
 

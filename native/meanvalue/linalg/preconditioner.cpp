@@ -2,125 +2,80 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 
 namespace meanvalue {
 namespace {
 
-// On the diagonal of the small matrix, as a share of it: what single precision may have taken off.
-constexpr double kLeastDiagonal = 1e-5;
-// Columns that are kept at most, for their memory and the time that they take.
-constexpr std::size_t kMostColumns = 256;
-constexpr std::size_t kFewestColumns = 16;
-constexpr std::size_t kMostBytes = std::size_t{128} << 20;
-
-std::size_t most_columns(const SupernodalFactor& factor) {
-    const std::size_t column = sizeof(float) * std::max<std::size_t>(factor.size(), 1);
-    return std::clamp(kMostBytes / column, kFewestColumns, kMostColumns);
-}
+// Rows that are corrected at most: their columns take memory, and each step the time to add them.
+constexpr std::size_t kMostRows = 256;
 
 }  // namespace
 
 void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Index>& rows,
                            const std::vector<double>& amounts, int threads, const Execution& execution,
                            SupernodalFactor::Workspace& workspace) {
-    std::vector<std::size_t> taken;
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-        if (amounts[k] > 0.0) taken.push_back(k);
-    }
-    const std::size_t most = most_columns(factor);
-    if (taken.size() > most) {
+    std::vector<std::size_t> taken(rows.size());
+    std::iota(taken.begin(), taken.end(), 0);
+    taken.erase(std::remove_if(taken.begin(), taken.end(), [&](std::size_t k) { return !(amounts[k] > 0.0); }),
+                taken.end());
+    if (taken.size() > kMostRows) {
         std::stable_sort(taken.begin(), taken.end(),
                          [&](std::size_t a, std::size_t b) { return amounts[a] > amounts[b]; });
-        taken.resize(most);
+        taken.resize(kMostRows);
         std::sort(taken.begin(), taken.end());
     }
-    std::vector<Index> given_rows;
-    std::vector<double> given_amounts;
+    std::vector<Index> taken_rows;
+    std::vector<double> taken_amounts;
     for (const std::size_t k : taken) {
-        given_rows.push_back(rows[k]);
-        given_amounts.push_back(amounts[k]);
+        taken_rows.push_back(rows[k]);
+        taken_amounts.push_back(amounts[k]);
     }
-    if (given_rows == rows_ && given_amounts == amounts_) return;
-    clear();
-    know_columns(factor, given_rows, most, threads, execution, workspace);
-    const auto size = static_cast<Eigen::Index>(given_rows.size());
-    Eigen::MatrixXd small(size, size);
-    for (Eigen::Index a = 0; a < size; ++a) {
-        for (Eigen::Index b = 0; b <= a; ++b)
-            small(a, b) = -0.5 * (column_of(given_rows[a])[given_rows[b]] + column_of(given_rows[b])[given_rows[a]]);
-        small(a, a) += (1.0 + kLeastDiagonal) / given_amounts[a];
-    }
-    // Where rounding has made it indefinite, the factor as it is serves: slower, and to the same minimum.
-    const Eigen::LLT<Eigen::MatrixXd> factored(small);
-    if (factored.info() == Eigen::Success) inverse_ = factored.solve(Eigen::MatrixXd::Identity(size, size));
-    rows_ = std::move(given_rows);
-    amounts_ = std::move(given_amounts);
-}
-
-/// Makes the columns of the inverse that are not known yet, three to a solve.
-void DiagonalDowndate::know_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, std::size_t most,
-                                    int threads, const Execution& execution, SupernodalFactor::Workspace& workspace) {
-    std::vector<Index> unknown;
-    for (const Index row : rows) {
-        if (std::find(known_rows_.begin(), known_rows_.end(), row) == known_rows_.end()) unknown.push_back(row);
-    }
-    if (known_rows_.size() + unknown.size() > most) {
-        known_rows_.clear();
-        columns_.clear();
-        unknown = rows;
-    }
-    known_rows_.reserve(known_rows_.size() + unknown.size());
-    Positions three(factor.size(), 3);
-    for (std::size_t first = 0; first < unknown.size(); first += 3) {
-        const std::size_t count = std::min<std::size_t>(3, unknown.size() - first);
-        three.setZero();
-        for (std::size_t c = 0; c < count; ++c)
-            three(unknown[first + c], static_cast<Eigen::Index>(c)) = 1.0;
-        factor.solve(three, three, threads, execution, workspace);
-        for (std::size_t c = 0; c < count; ++c) {
-            std::vector<float> column(three.rows());
-            for (Eigen::Index row = 0; row < three.rows(); ++row)
-                column[row] = static_cast<float>(three(row, static_cast<Eigen::Index>(c)));
-            columns_.push_back(std::move(column));
-            known_rows_.push_back(unknown[first + c]);
-        }
-    }
-}
-
-void DiagonalDowndate::clear() {
-    rows_.clear();
-    amounts_.clear();
+    if (taken_rows == rows_ && taken_amounts == amounts_) return;
     inverse_.resize(0, 0);
+    amounts_.clear();
+    if (taken_rows != rows_) {
+        rows_.clear();
+        find_columns(factor, taken_rows, threads, execution, workspace);
+        rows_ = std::move(taken_rows);
+    }
+    Eigen::MatrixXd small = -columns_(rows_, Eigen::all).cast<double>();
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+        small(k, k) += (1.0 + kSinglePrecision) / taken_amounts[k];
+    // Where that has made it indefinite, the factor as it is serves: slower, and to the same minimum.
+    const Eigen::LLT<Eigen::MatrixXd> factored(small);
+    if (factored.info() == Eigen::Success)
+        inverse_ = factored.solve(Eigen::MatrixXd::Identity(small.rows(), small.cols()));
+    amounts_ = std::move(taken_amounts);
+}
+
+/// Of the inverse, three to a solve.
+void DiagonalDowndate::find_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, int threads,
+                                    const Execution& execution, SupernodalFactor::Workspace& workspace) {
+    const auto count = static_cast<Eigen::Index>(rows.size());
+    columns_.resize(factor.size(), count);
+    Positions three(factor.size(), 3);
+    for (Eigen::Index first = 0; first < count; first += 3) {
+        const Eigen::Index taken = std::min<Eigen::Index>(3, count - first);
+        three.setZero();
+        for (Eigen::Index c = 0; c < taken; ++c)
+            three(rows[first + c], c) = 1.0;
+        factor.solve(three, three, threads, execution, workspace);
+        columns_.middleCols(first, taken) = three.leftCols(taken).cast<float>();
+    }
 }
 
 void DiagonalDowndate::correct(Positions& solution, int threads, const Execution& execution) const {
     if (inverse_.size() == 0) return;
-    const auto count = static_cast<Eigen::Index>(rows_.size());
-    Positions at_rows(count, 3);
-    for (Eigen::Index k = 0; k < count; ++k)
-        at_rows.row(k) = solution.row(rows_[k]);
-    Positions add = Positions::Zero(count, 3);
-    for (Eigen::Index a = 0; a < count; ++a) {
-        for (Eigen::Index b = 0; b < count; ++b)
-            add.row(a) += inverse_(a, b) * at_rows.row(b);
-    }
-    std::vector<const float*> columns;
-    for (const Index row : rows_)
-        columns.push_back(column_of(row).data());
+    const Positions shares = inverse_.lazyProduct(solution(rows_, Eigen::all));
     parallel_for(static_cast<Index>(solution.rows()), threads, execution, [&](Index begin, Index end) {
-        for (Eigen::Index k = 0; k < count; ++k) {
-            const Eigen::RowVector3d of_column = add.row(k);
-            for (Index row = begin; row < end; ++row)
-                solution.row(row) += static_cast<double>(columns[k][row]) * of_column;
-        }
+        for (Index row = begin; row < end; ++row)
+            solution.row(row) += columns_.row(row).cast<double>().lazyProduct(shares);
     });
-}
-
-const std::vector<float>& DiagonalDowndate::column_of(Index row) const {
-    return columns_[std::find(known_rows_.begin(), known_rows_.end(), row) - known_rows_.begin()];
 }
 
 }  // namespace meanvalue

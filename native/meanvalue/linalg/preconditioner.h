@@ -10,30 +10,29 @@
 namespace meanvalue {
 
 /// Corrects what a factor of A solves to what A - E D E^T solves, E a few rows and D positive numbers: springs that
-/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). A row
-/// costs a third of a solve when it is first corrected, then little: columns of the inverse are kept.
+/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). A row costs a third
+/// of a solve when the rows change, then little: columns of the inverse are kept.
 class DiagonalDowndate {
   public:
     /// @param rows of the factored matrix. @param amounts for each row, 0 or more: what is taken off its diagonal,
     /// less than what was put there. Does nothing if both are as before. At most the 256 rows with the largest
-    /// amounts count (fewer where the matrix is large: 128 MB of columns).
+    /// amounts count.
     /// @throws Cancelled, and then corrects nothing.
     void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,
              int threads, const Execution& execution, SupernodalFactor::Workspace& workspace);
-    void clear();
 
     /// Turns the solution for A (n x 3) into that for the other matrix. @throws Cancelled.
     void correct(Positions& solution, int threads, const Execution& execution) const;
 
   private:
-    void know_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, std::size_t most, int threads,
+    using Columns = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+    void find_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, int threads,
                       const Execution& execution, SupernodalFactor::Workspace& workspace);
-    const std::vector<float>& column_of(Index row) const;
 
     std::vector<Index> rows_;  // with an amount above 0
     std::vector<double> amounts_;
-    std::vector<Index> known_rows_;  // of columns_
-    std::vector<std::vector<float>> columns_;
+    Columns columns_;          // A^-1 E
     Eigen::MatrixXd inverse_;  // of D^-1 - E^T A^-1 E; empty: nothing is corrected
 };
 

@@ -1,8 +1,8 @@
 #include "meanvalue/optimise/elimination_order.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/linalg/nested_dissection.h"
 #include "meanvalue/optimise/ring_limit.h"
 
@@ -19,14 +19,11 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
         std::for_each(encoding.ring.begin() + encoding.ring_offsets[row],
                       encoding.ring.begin() + encoding.ring_offsets[row + 1], action);
     };
-    std::vector<Index> use_start(count + 1, 0);  // the rows that a vertex is in the ring of
-    for (Index row = 0; row < count; ++row)
-        each_in_ring(row, [&](Index v) { ++use_start[v + 1]; });
-    std::partial_sum(use_start.begin(), use_start.end(), use_start.begin());
-    std::vector<Index> uses(use_start.back());
-    std::vector<Index> next(use_start.begin(), use_start.end() - 1);
-    for (Index row = 0; row < count; ++row)
-        each_in_ring(row, [&](Index v) { uses[next[v]++] = row; });
+    // The rows that each vertex is in the ring of.
+    const auto uses = grouped<Index>(count, [&](const auto& visit) {
+        for (Index row = 0; row < count; ++row)
+            each_in_ring(row, [&](Index v) { visit(v, row); });
+    });
 
     Graph graph;
     graph.offsets.reserve(count + 1);
@@ -46,8 +43,8 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
             each_in_ring(row, note);
         };
         note_row(v);
-        for (Index k = use_start[v]; k < use_start[v + 1]; ++k)
-            note_row(uses[k]);
+        for (const Index row : uses.of(v))
+            note_row(row);
         std::sort(graph.neighbours.begin() + first, graph.neighbours.end());
         graph.offsets.push_back(static_cast<std::int64_t>(graph.neighbours.size()));
     }

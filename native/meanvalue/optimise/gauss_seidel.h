@@ -1,9 +1,8 @@
 // Gauss-Seidel sweeps towards equation 17: the paper's last stage (section 3.2.2).
 #pragma once
 
-#include <vector>
-
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/optimise/unknowns.h"
@@ -14,8 +13,7 @@ namespace meanvalue {
 /// v_i -= D_i^-1 dG/dv_i, D_i = sum_j B_ji^T B_ji over the rows j that contain v_i.
 ///
 /// The print's own form, v_i = F_i + ..., is this one with D_i = I; it diverges where D_i has an eigenvalue above 2,
-/// which noisy meshes have. Vertices are visited color by color, no two of a color in one row, so that a color
-/// may be split over threads and the result does not depend on how.
+/// which noisy meshes have. Vertices are visited in their order, on one thread.
 class GaussSeidel {
   public:
     /// @pre both outlive it. @throws Cancelled.
@@ -25,7 +23,7 @@ class GaussSeidel {
     /// One sweep over all free vertices. @param positions n x 3, changed in place. @throws Cancelled.
     /// Cost: for each row the square of its length: whatever moves in a ring changes its normal, and with it every
     /// term.
-    void sweep(Positions& positions, int threads, const Execution& execution) const;
+    void sweep(Positions& positions, const Execution& execution) const;
 
   private:
     struct Use {
@@ -33,13 +31,10 @@ class GaussSeidel {
         Index place;  // where in that ring
     };
     void relax(Index number, Positions& positions) const;
-    void find_colours(const Execution& execution);
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;
-    std::vector<std::int64_t> use_offsets_;  // |V'| + 1
-    std::vector<Use> uses_;
-    std::vector<std::vector<Index>> colours_;  // numbers
+    Grouped<Use> uses_;  // of each free vertex
 };
 
 }  // namespace meanvalue

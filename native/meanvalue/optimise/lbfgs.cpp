@@ -14,10 +14,6 @@ constexpr int kMostHalvings = 20;
 // A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
 constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
-// The initial Hessian is divided by the product of the steps' lengths so far: in what the history knows nothing of,
-// it is twice as stiff as the energy where much rotates, and each step would have to be lengthened anew, by an
-// evaluation more. By so much at most.
-constexpr double kLargestScaling = 3.0;
 // Steps this short in a row are the end; a single one may be a bad step.
 constexpr int kShortSteps = 2;
 // With patience, what comes after a single step that is shorter than this, in step tolerances, does not matter even
@@ -28,19 +24,10 @@ constexpr double kMisled = 0.125;
 // With an energy tolerance: the iterations that it is about, and how short the last has to be, in step tolerances.
 constexpr int kSlowSteps = 4;
 constexpr double kNearlyShort = 4.0;
-// After twice the patience so many times as much may be left.
-constexpr double kLate = 20.0;
 
 /// Whether the last `steps` iterations together lowered the energy by more than `share` of it.
 bool falls(const std::vector<double>& energies, std::size_t steps, double share) {
     return energies.size() <= steps || energies.back() < (1.0 - share) * energies[energies.size() - 1 - steps];
-}
-
-/// The energy tolerance that counts at an iteration; 0: none.
-double energy_share(const LbfgsOptions& options, int iteration) {
-    if (iteration < options.patience) return 0.0;
-    const bool is_late = options.patience > 0 && iteration >= 2 * options.patience;
-    return (is_late ? kLate : 1.0) * options.energy_tolerance;
 }
 
 }  // namespace
@@ -65,7 +52,6 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
     report.energies.push_back(value);
     report.initial_gradient = gradient_.norm();
     int short_steps = 0;
-    double scaling = 1.0;
     while (gradient_.squaredNorm() > 0.0) {
         if (report.iterations() == options.max_iterations) {
             report.at_limit = true;
@@ -73,7 +59,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         }
         execution.check();
         execution.set_progress(static_cast<double>(report.iterations()) / options.max_iterations);
-        history_.find_direction(gradient_, preconditioner, scaling, options.threads, execution, direction_);
+        history_.find_direction(gradient_, preconditioner, options.threads, execution, direction_);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
         const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
         double length = slope < 0.0 ? 1.0 : 0.0;
@@ -87,22 +73,21 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         if (length < kMisled && is_inherited) {
             // The history of another solve misleads here.
             history_.clear();
-            scaling = 1.0;
             is_inherited = false;
             continue;
         }
         if (length == 0.0) {
-            if (history_.empty() && scaling == 1.0) {
+            if (history_.empty()) {
                 // At the minimum but for rounding, or stuck.
                 report.converged = longest < options.step_tolerance;
                 break;
             }
             history_.clear();  // it may be misleading: once more without it
-            scaling = 1.0;
             continue;
         }
-        if (length == 1.0) lengthen(energy, options.threads, value, slope, positions, execution, length, trial_value);
-        if (options.adapt_scaling) scaling = std::clamp(scaling * length, 1.0, kLargestScaling);
+        // Not with patience: a drag's next frames make up for it, and each costs an evaluation.
+        if (length == 1.0 && options.patience == 0)
+            lengthen(energy, options.threads, value, slope, positions, execution, length, trial_value);
         history_.remember(length, direction_, gradient_, trial_gradient_, options.threads, execution);
         std::swap(positions, trial_);
         std::swap(gradient_, trial_gradient_);
@@ -110,20 +95,15 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         report.energies.push_back(value);
         const double step = length * longest;
         short_steps = step < options.step_tolerance ? short_steps + 1 : 0;
-        const double share = energy_share(options, report.iterations());
+        const auto falls_in = [&](int steps) { return falls(report.energies, steps, options.energy_tolerance); };
+        const bool has_tolerance = options.energy_tolerance > 0.0;
+        const bool is_short = short_steps >= kShortSteps && !(has_tolerance && falls_in(kShortSteps));
+        const bool is_slow = has_tolerance && report.iterations() >= options.patience &&
+                             step < kNearlyShort * options.step_tolerance && !falls_in(kSlowSteps);
         // The whole step: one that had to be shortened tells nothing.
-        const double out_of_sight = options.patience > 0 ? kOutOfSight * options.step_tolerance : 0.0;
-        const bool is_out_of_sight = std::max(step, longest) < out_of_sight;
-        const bool still_falls =
-            options.energy_tolerance > 0.0 && falls(report.energies, kShortSteps, options.energy_tolerance);
-        if (is_out_of_sight || (short_steps >= kShortSteps && !still_falls)) {
+        const bool is_out_of_sight = options.patience > 0 && longest < kOutOfSight * options.step_tolerance;
+        if (is_short || is_slow || is_out_of_sight) {
             report.converged = true;
-            break;
-        }
-        if (share > 0.0 && step < kNearlyShort * options.step_tolerance &&
-            !falls(report.energies, kSlowSteps, share)) {
-            report.converged = share == options.energy_tolerance;
-            report.left_off = !report.converged && short_steps < kShortSteps;
             break;
         }
     }

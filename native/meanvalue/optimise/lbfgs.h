@@ -19,15 +19,12 @@ struct LbfgsOptions {
     /// If above 0: also stop where steps are nearly so short and some iterations together lower the energy by less
     /// than this share of it; and not where it still falls faster, unless steps are far shorter with patience.
     double energy_tolerance = 0.0;
-    /// The iterations before the energy tolerance counts; after twice as many, a larger one does, and the minimizer
-    /// leaves off.
+    /// The iterations before the energy tolerance counts. With patience no step is lengthened.
     int patience = 0;
     int max_iterations = 100;
     int threads = 1;
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;
-    /// Scale the initial Hessian by the lengths of the steps, as they come.
-    bool adapt_scaling = false;
 };
 
 struct LbfgsReport {
@@ -36,8 +33,7 @@ struct LbfgsReport {
     double gradient = 0.0;          ///< and at the end
     bool converged = false;
     bool at_limit = false;  ///< of iterations
-    bool left_off = false;  ///< out of patience, and not converged
-    // If none of the three is set, no step lowers the energy further.
+    // If neither is set, no step lowers the energy further.
 
     int iterations() const { return static_cast<int>(energies.size()) - 1; }
 };

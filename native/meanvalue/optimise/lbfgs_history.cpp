@@ -6,12 +6,10 @@
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 
 namespace meanvalue {
 namespace {
-
-// A pair is remembered where the energy curves upwards along it by more than rounding.
-constexpr double kLeastCurvature = 1e-6;
 
 /// sum_k a[k] b[k] in double precision, four sums side by side for the processor's vectors.
 template <typename Number>
@@ -67,8 +65,8 @@ class RunningVector {
 
 }  // namespace
 
-void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, double scaling,
-                                  int threads, const Execution& execution, Positions& direction) const {
+void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
+                                  const Execution& execution, Positions& direction) const {
     direction = -gradient;
     RunningVector running(direction, threads, execution);
     std::vector<double> shares(pairs_.size());
@@ -77,7 +75,6 @@ void LbfgsHistory::find_direction(const Positions& gradient, const Preconditione
         running.add_later(-shares[k], pairs_[k].change);
     }
     running.multiply(nullptr);
-    direction *= scaling;
     preconditioner.solve(direction, direction, threads, execution);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
         const double along = running.multiply(&pairs_[k].change) / pairs_[k].curvature;
@@ -114,8 +111,8 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
         total.both += of_piece.both;
         total.change += of_piece.change;
     }
-    // Written so that what is not a number is not kept.
-    if (!(total.both > kLeastCurvature * std::sqrt(total.step * total.change))) return;
+    // Where the energy curves upwards by more than rounding; written so that what is not a number is not kept.
+    if (!(total.both > kSinglePrecision * std::sqrt(total.step * total.change))) return;
     next_.curvature = total.both;
     if (pairs_.size() < kPairs) {
         pairs_.push_back(std::move(next_));

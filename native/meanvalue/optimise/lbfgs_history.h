@@ -26,9 +26,9 @@ class LbfgsHistory {
     bool empty() const { return pairs_.empty(); }
     void clear() { pairs_.clear(); }
 
-    /// direction = -H gradient, both |V'| x 3; H is `scaling` times the preconditioner, updated by the pairs.
+    /// direction = -H gradient, both |V'| x 3; H is the preconditioner, updated by the pairs.
     /// @throws Cancelled.
-    void find_direction(const Positions& gradient, const Preconditioner& preconditioner, double scaling, int threads,
+    void find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
                         const Execution& execution, Positions& direction) const;
 
     /// Keeps the step length * direction, which led from `gradient` to `next`, in place of the oldest: unless the

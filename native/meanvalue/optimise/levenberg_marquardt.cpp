@@ -5,25 +5,20 @@
 #include <limits>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/optimise/line_search.h"
 
 namespace meanvalue {
 namespace {
 
-// On the diagonal of H, which has no units and entries near 1: keeps H factorable where a part has too few anchors.
-// Along the directions left open the gradient is zero, so that the answer stays nearest to the start there. It is
-// far below the smallest eigenvalue of a determined system (about 1e-9 at 50,000 free vertices) and slows nothing.
-constexpr double kLeastDiagonal = 1e-12;
+// kRounding on the diagonal of H, which has no units and entries near 1, keeps H factorable where a part has too few
+// anchors. Along the directions left open the gradient is zero, so that the answer stays nearest to the start there.
+// It is far below the smallest eigenvalue of a determined system (about 1e-9 at 50,000 free vertices).
 // Damping multiplies the smoothness metric (I - W)^T (I - W), not I: what spoils Gauss-Newton steps here are rings
 // that fold where neighbors move apart, and the metric forbids just that (docs/decisions/0003-damping.md).
 constexpr double kFirstDamping = 0.1;
 constexpr double kLeastDamping = 1e-4;  // below it, none
-constexpr double kMostDamping = 1e6;
-constexpr double kDampingRaise = 4.0;
-constexpr double kDampingLower = 3.0;
-// Shares of the decrease that the linear model promised: below the first it is trusted less, above the second more.
-constexpr double kPoorGain = 0.25;
-constexpr double kGoodGain = 0.6;
+constexpr double kDampingFactor = 3.0;
 // Halving costs one energy, more damping a factorization; but a step that must be shorter than this points wrong.
 constexpr int kMostHalvings = 3;
 // Slow steps on end that tell a flat valley from a step that was merely bad.
@@ -85,7 +80,7 @@ class Descent {
     bool step() {
         linearise();
         if (report_.gradient == 0.0) return stop(StopReason::kConverged);
-        for (; damping_ <= kMostDamping; raise_damping()) {
+        for (; damping_ * kCoincident < 1.0; raise_damping()) {
             if (!find_direction()) continue;
             const bool short_step = longest_move() <= options_.step_tolerance;
             const double start_energy = energy_;
@@ -96,7 +91,11 @@ class Descent {
                 report_.promised_share = applied_damping_ <= kFirstDamping
                                              ? promised_decrease_ / start_energy
                                              : std::numeric_limits<double>::infinity();  // damped: it says nothing
-                adapt_damping(length, start_energy - energy_);
+                if (length < 1.0) {
+                    raise_damping();
+                } else {
+                    lower_damping();
+                }
                 settled_steps_ =
                     start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
             }
@@ -109,17 +108,8 @@ class Descent {
         return stop(StopReason::kNoDescent);
     }
 
-    /// Trusts the linear model more or less, by how much of the decrease that it promised came true.
-    void adapt_damping(double length, double decrease) {
-        if (length < 1.0 || decrease < kPoorGain * promised_decrease_) {
-            raise_damping();
-        } else if (decrease > kGoodGain * promised_decrease_) {
-            damping_ /= kDampingLower;
-            if (damping_ < kLeastDamping) damping_ = 0.0;
-        }
-    }
-
-    void raise_damping() { damping_ = std::max(kLeastDamping, damping_ * kDampingRaise); }
+    void raise_damping() { damping_ = std::max(kLeastDamping, damping_ * kDampingFactor); }
+    void lower_damping() { damping_ = damping_ > kLeastDamping ? damping_ / kDampingFactor : 0.0; }
 
     bool stop(StopReason reason) {
         report_.stop_reason = reason;
@@ -131,7 +121,7 @@ class Descent {
         system_.linearise(positions_, nullptr, options_.threads, execution_, workspace_);
         report_.gradient = workspace_.gradient.norm();
         if (report_.iterations == 0) report_.initial_gradient = report_.gradient;
-        workspace_.matrix.add_to_diagonal(kLeastDiagonal);
+        workspace_.matrix.add_to_diagonal(kRounding);
         applied_damping_ = 0.0;
     }
 
@@ -215,7 +205,7 @@ Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem:
                              SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
                              const Positions& base, const Positions& fixed_moves, Execution& execution) {
     system.linearise(base, &fixed_moves, options.threads, execution, workspace);
-    workspace.matrix.add_to_diagonal(kLeastDiagonal);
+    workspace.matrix.add_to_diagonal(kRounding);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
     if (solve_step(workspace, cholesky, options.threads, execution, direction)) {

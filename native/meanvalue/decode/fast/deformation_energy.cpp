@@ -1,7 +1,6 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/energy_blocks.h"
@@ -10,32 +9,24 @@ namespace meanvalue {
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                      double size, double by_length, const Execution& execution,
-                                     InstructionSet instructions, SoftConstraints soft_constraints,
-                                     const StiffRings* stiff)
+                                     InstructionSet instructions, SoftConstraints soft_constraints, int threads)
     : encoding_(encoding),
       unknowns_(unknowns),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(instructions)),
       rows_(build_energy_blocks(encoding, unknowns, cells, size, by_length,
-                                soft_constraints_.hardness(unknowns.number.size()), stiff, execution)) {
+                                soft_constraints_.hardness(unknowns.number.size()), threads, execution)) {
     index_uses(execution);
 }
 
 void DeformationEnergy::index_uses(const Execution& execution) {
-    use_start_.assign(unknowns_.free.size() + 1, 0);
-    execution.check();
-    for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        const Index number = unknowns_.number[rows_.points[point]];
-        if (number >= 0) ++use_start_[number + 1];
-    }
-    std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
-    uses_.resize(use_start_.back());
-    std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
-    execution.check();
-    for (std::size_t point = 0; point < rows_.points.size(); ++point) {
-        const Index number = unknowns_.number[rows_.points[point]];
-        if (number >= 0) uses_[next[number]++] = static_cast<Index>(point);
-    }
+    uses_ = grouped<Index>(unknowns_.free.size(), [&](const auto& visit) {
+        execution.check();
+        for (std::size_t point = 0; point < rows_.points.size(); ++point) {
+            const Index number = unknowns_.number[rows_.points[point]];
+            if (number >= 0) visit(number, static_cast<Index>(point));
+        }
+    });
 }
 
 DeformationEnergy::Workspace DeformationEnergy::make_workspace() const {
@@ -58,9 +49,9 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
         for (Index number = begin; number < end; ++number) {
             double sum[3] = {0.0, 0.0, 0.0};
-            for (Index k = use_start_[number]; k < use_start_[number + 1]; ++k) {
+            for (const Index point : uses_.of(number)) {
                 for (int c = 0; c < 3; ++c)
-                    sum[c] += workspace.shares[uses_[k]].value[c];
+                    sum[c] += workspace.shares[point].value[c];
             }
             gradient.row(number) << sum[0], sum[1], sum[2];
         }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/energy_blocks.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
@@ -60,12 +61,11 @@ class DeformationEnergy {
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
     /// rigidity 0 E is the paper's G, equation 15; weights_for() says what belongs to a rigidity.
     /// @param cells at rest, of the encoding; @param size D, in the same units. @param soft_constraints or none.
-    /// @param stiff of all rows at least, where they are known. @pre encoding and unknowns outlive it. @throws
-    /// Cancelled.
+    /// @pre encoding and unknowns outlive it. @throws Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                       double by_length, const Execution& execution,
                       InstructionSet instructions = InstructionSet::kFastest, SoftConstraints soft_constraints = {},
-                      const StiffRings* stiff = nullptr);
+                      int threads = 1);
 
     /// 1 from rigidity 1 on, and down to 0 with it, so that results do not jump where the paper's energy begins.
     static double weights_for(double rigidity) { return std::min(rigidity, 1.0); }
@@ -98,9 +98,7 @@ class DeformationEnergy {
     SoftConstraints soft_constraints_;
     EnergyKernel kernel_;
     EnergyBlocks rows_;
-    // Where each free vertex' shares are, in the order of the blocks.
-    std::vector<Index> use_start_;  // |V'| + 1
-    std::vector<Index> uses_;
+    Grouped<Index> uses_;  // |V'|: where each free vertex' shares are, in the order of the blocks
 };
 
 }  // namespace meanvalue

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/projection_plane.h"
 
 namespace meanvalue {
@@ -15,9 +16,6 @@ namespace {
 // it with the curvature that it had, instead of hanging from it like a tent. Its neighbors' rows must not count more:
 // limbs rotate about their anchors. docs/decisions/0007-rigidity.md has what was measured.
 constexpr double kIsolatedAnchorWeight = 70.0;
-
-// Edges shorter than this share of D count as so long: weights stay finite where vertices coincide.
-constexpr double kShortestEdge = 1e-9;
 
 /// A weight to the power of the share of all weights that counts.
 double share_of(double weight, double by_length) {
@@ -171,7 +169,8 @@ class BlockBuilder {
     /// The spokes of a row, by its rigidity, and 1 / h_i^2 into its bending.
     void measure(std::size_t row, const EncodedRing& ring) {
         const Vector3* const edges = cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]];
-        const double length = std::max(measure_spokes(edges, ring.valence, spokes_.data()), kShortestEdge * size_);
+        // Not zero: weights stay finite where vertices coincide.
+        const double length = std::max(measure_spokes(edges, ring.valence, spokes_.data()), kNegligible * size_);
         result_.bending[row] = 1.0 / (length * length);
         if (by_length_ == 0.0) return;
         const double rigidity = share_of(rigidity_of_cell(edges, ring.valence, size_), by_length_);
@@ -231,14 +230,12 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
 }  // namespace
 
 EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                 double size, double by_length, const std::vector<double>& hardness,
-                                 const StiffRings* stiff, const Execution& execution) {
+                                 double size, double by_length, const std::vector<double>& hardness, int threads,
+                                 const Execution& execution) {
     EnergyBlocks result;
     BlockBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
     scale_weights(encoding, unknowns, size, by_length, hardness, result);
-    const StiffRings own =
-        stiff != nullptr ? StiffRings() : find_stiff_rings(encoding, unknowns.rows, cells, execution);
-    result.hessian_springs = hessian_springs(stiff != nullptr ? *stiff : own, encoding, unknowns, result.bending);
+    result.hessian_springs = hessian_springs(encoding, unknowns, cells, result.bending, threads, execution);
     return result;
 }
 

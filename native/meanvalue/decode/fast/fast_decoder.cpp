@@ -1,10 +1,10 @@
 #include "meanvalue/decode/fast/fast_decoder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 #include "meanvalue/optimise/elimination_order.h"
 
@@ -12,19 +12,14 @@ namespace meanvalue {
 namespace {
 
 // Free vertices of the coarse level: enough for the shape of limbs, few enough for hundreds of steps a second. Where
-// there are not twice as many as the fewest, it is not worth its splits.
-constexpr double kCoarseShare = 0.03;
-constexpr double kFewestCoarse = 1000;
-constexpr double kMostCoarse = 4000;
-// The size of a middle level, which is made where it is larger than a coarse one may be: wrinkles that the coarse
-// level is too coarse for are found there at a fifth of the cost.
+// there are not twice as many, it is not worth its splits.
+constexpr Index kCoarse = 1000;
+// The share of the vertices in a middle level, which is made where it has four times as many as the coarse one:
+// wrinkles that the coarse level is too coarse for are found there at a fifth of the cost.
 constexpr double kMiddleShare = 0.2;
 // The rigidity that cold solves begin with: a stiff shape finds the rotation of every limb, and a softer one keeps
 // it.
 constexpr double kStiff = 1000.0;
-// Added to the diagonal of the initial Hessians, as a share of it: keeps them positive definite where anchors leave
-// something open. Not of the mean, which a single small star of triangles may raise far above all others.
-constexpr double kLeastDiagonal = 1e-9;
 
 }  // namespace
 
@@ -77,13 +72,12 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
                           double free_count, Execution& execution) {
-    if (free_count <= 2.0 * kFewestCoarse) return;
+    if (free_count <= 2.0 * kCoarse) return;
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions options;
-    if (kMiddleShare * free_count > kMostCoarse)
+    if (kMiddleShare * free_count > 4.0 * kCoarse)
         options.level_sizes.push_back(static_cast<Index>(kMiddleShare * free_count));
-    options.level_sizes.push_back(
-        static_cast<Index>(std::clamp(kCoarseShare * free_count, kFewestCoarse, kMostCoarse)));
+    options.level_sizes.push_back(kCoarse);
     options.down_to_base = false;
     options.exact_order = false;
     options.thin_out_fixed = true;
@@ -109,16 +103,17 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Res
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,
-        instructions_, SoftConstraints(std::move(soft), level->unknowns),
-        &encoding == &shape_->encoding && shape_->stiff_rings ? &*shape_->stiff_rings : nullptr);
+        instructions_, SoftConstraints(std::move(soft), level->unknowns), threads_);
     cells = {};  // they are large, and what follows takes the most memory
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
         InitialHessian initial = level->energy->initial_hessian(rigidity, threads_, execution);
         SparseMatrix& hessian = initial.matrix;
+        // Positive definite also where anchors leave something open. A share of each entry, not of the mean, which a
+        // single small star of triangles may raise far above all others.
         for (Eigen::Index k = 0; k < hessian.cols(); ++k) {
             double& diagonal = hessian.valuePtr()[hessian.outerIndexPtr()[k]];
-            diagonal = diagonal > 0.0 ? diagonal * (1.0 + kLeastDiagonal) : 1.0;  // no row reaches this vertex
+            diagonal = diagonal > 0.0 ? diagonal * (1.0 + kNegligible) : 1.0;  // no row reaches this vertex
         }
         FastStage stage;
         stage.rigidity = rigidity;
@@ -171,22 +166,18 @@ Index FastDecoder::longest_ring() const {
     return problem_.hierarchy.levels.empty() ? longest : std::max(longest, problem_.hierarchy.longest_ring());
 }
 
-MemoryUse FastDecoder::memory() const {
-    constexpr std::size_t kBound = 1500;
-    constexpr std::size_t kWorkspace = 750;
+std::size_t FastDecoder::bytes() const {
+    constexpr std::size_t kEachFree = 2250;
     constexpr std::size_t kBlended = 1200;
     constexpr std::size_t kEachExample = 150;
-    const std::size_t free_count = problem_.levels.front()->unknowns.free.size();
-    MemoryUse use{kBound * free_count, kWorkspace * free_count};
+    std::size_t each_free = kEachFree;
+    if (shape_->examples) each_free += kBlended + kEachExample * shape_->examples->shapes.size();
+    std::size_t sum = each_free * problem_.levels.front()->unknowns.free.size();
     for (const auto& level : problem_.levels) {
         for (const FastStage& stage : level->stages)
-            use.bound += stage.factor.bytes();
+            sum += stage.factor.bytes();
     }
-    if (shape_->examples) {
-        use.bound += kEachExample * free_count * shape_->examples->shapes.size();
-        use.workspace += kBlended * free_count;
-    }
-    return use;
+    return sum;
 }
 
 }  // namespace meanvalue

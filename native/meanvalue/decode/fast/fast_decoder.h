@@ -24,7 +24,7 @@ class FastDecoder : public Decoder {
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(problem_.levels.front()->unknowns.rows.size()); }
-    MemoryUse memory() const override;
+    std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override;
 

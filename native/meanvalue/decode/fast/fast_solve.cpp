@@ -6,8 +6,8 @@
 namespace meanvalue {
 namespace {
 
-// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from rest,
-// and after so many iterations in a drag, whose next frames make up for what is left in a valley.
+// Iterations that lower the energy by less than so many step tolerances, as a share of it, end a solve: from
+// rest, and after so many iterations in a drag, whose next frames make up for what is left in a valley.
 constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
@@ -114,7 +114,6 @@ DecodeReport FastSolve::run(Positions& positions) {
     report.converged = minimised.converged;
     report.stop_reason = minimised.converged  ? "converged"
                          : minimised.at_limit ? "iteration limit"
-                         : minimised.left_off ? "left to the next solve"
                                               : "no step lowers the energy further";
     report.timings = std::move(timings_);
     return report;
@@ -133,7 +132,6 @@ LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions opt
                                             level.work.energy);
     };
     options.threads = threads_;
-    options.adapt_scaling = &level.bound != problem_.levels.front().get();  // the whole mesh begins near its minimum
     LbfgsReport report =
         level.work.minimiser.minimise(energy, preconditioner_of(level, stage), options, positions, execution_);
     all_iterations_ += report.iterations();
@@ -144,12 +142,8 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
     const SupernodalFactor& factor = level.bound.stages[stage].factor;
     DiagonalDowndate& downdate = level.work.downdates[stage];
     const SoftConstraints& constraints = level.bound.energy->soft_constraints();
-    const std::vector<double> lost = constraints.lost_hessian(level.work.energy.soft_weights);
-    if (lost.empty()) {
-        downdate.clear();
-    } else {
-        downdate.set(factor, constraints.rows(), lost, threads_, execution_, work_.factor);
-    }
+    downdate.set(factor, constraints.rows(), constraints.lost_hessian(level.work.energy.soft_weights), threads_,
+                 execution_, work_.factor);
     return {factor, work_.factor, &downdate};
 }
 

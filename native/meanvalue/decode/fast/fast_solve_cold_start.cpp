@@ -2,27 +2,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 
 namespace meanvalue {
 namespace {
 
-// Stages on the path, as shares of the size and in steps.
+// How exact stages on the way are, as a share of the size, and how many iterations they take at most: their end is
+// only where the next begins.
 constexpr double kStageTolerance = 2e-4;
-constexpr double kStiffTolerance = 5e-4;
 constexpr int kMostStageIterations = 40;
-// Handles that rotate by more than this (120 degrees) are also moved along their path, in steps of at most the second
-// angle. Smaller rotations are found as well from the stiff stages; docs/algorithm.md has the count.
+// Handles that rotate by more than this (120 degrees) are also moved along their path, in steps of an eighth of
+// it at most. Smaller rotations are found as well from the stiff stage; docs/algorithm.md has the count.
 constexpr double kFarRotation = 2.1;
-constexpr double kRotationOfStep = 0.26;
-constexpr int kMostPathIterations = 15;
-constexpr double kPathTolerance = 1e-3;
-// Weight of soft anchors that are free for the time being, so that a part without any other stays where it is.
-constexpr double kLeastCarrying = 1e-9;
-// Rounds of fitting examples and solving on the coarsest level, with so many iterations each.
+constexpr double kRotationOfStep = kFarRotation / 8.0;
+// Rounds of fitting examples and solving on the coarsest level, where weights do not settle earlier.
 constexpr int kMostRounds = 40;
-constexpr int kRoundIterations = 60;
 
 }  // namespace
 
@@ -34,7 +30,7 @@ void FastSolve::start_cold(Positions& positions) {
     }
     if (has_examples()) {
         const StageTimer timer(timings_, "examples");
-        relax_with_examples(coarsest(), kMostRounds, kRoundIterations, positions);
+        relax_with_examples(coarsest(), kMostRounds, kMostStageIterations, positions);
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
@@ -56,8 +52,9 @@ std::vector<double> FastSolve::carrying_weights() const {
     std::vector<double> carrying = problem_.carrying;
     if (options_.weights == nullptr) return carrying;
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
+        // Free for the time being, so that a part without any other stays where it is.
         double& of_anchor = carrying[problem_.soft[k].vertex];
-        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kLeastCarrying);
+        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kNegligible);
     }
     return carrying;
 }
@@ -84,7 +81,7 @@ void FastSolve::start_from_rest(Positions& positions) {
     respond(level, 0, carried, positions);
     const Positions start = positions;
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(kStiffTolerance, kMostStageIterations), positions);
+        minimise(level, stage, lbfgs_options(kStageTolerance, kMostStageIterations), positions);
     double energy = relax(level, positions);
     const auto keep_if_lower = [&](Positions& other, double other_energy) {
         if (!(other_energy < energy)) return;
@@ -109,7 +106,8 @@ double FastSolve::minimise_along(const HandlePaths::Path& path, Positions& posit
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kRotationOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kPathTolerance, kMostPathIterations), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kStageTolerance, kMostStageIterations),
+                 positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 
@@ -14,8 +15,6 @@ namespace {
 
 // A piece is rigid where its vertices end within this share of the size from where a rigid motion takes them.
 constexpr double kRigid = 1e-3;
-// Rotations smaller than this are translations: their axis would be lost in rounding.
-constexpr double kLeastAngle = 1e-6;
 // Three points span a plane; fewer leave the rotation open.
 constexpr std::size_t kFewestForRotation = 3;
 
@@ -44,7 +43,7 @@ ScrewMotion screw_of(const Matrix3& rotation, const Vector3& translation) {
     const double cosine_of_half = std::abs(quaternion.w());
     const double angle_rad = 2.0 * arc_tangent(sine_of_half, cosine_of_half);
     ScrewMotion screw;
-    if (angle_rad < kLeastAngle) {
+    if (angle_rad < kCoincident) {  // a translation: the axis would be lost in rounding
         screw.translation = translation;
         return screw;
     }

@@ -1,7 +1,6 @@
 // Springs that are added to the initial Hessian for rings whose bending it would otherwise underestimate.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -11,23 +10,6 @@
 
 namespace meanvalue {
 
-/// The vertices whose prediction changes far more with their ring than its weights say: what hessian_springs() takes
-/// of the shape alone, whatever is fixed.
-struct StiffRings {
-    struct Ring {
-        Index vertex;
-        double excess;            ///< by which the bound of its springs is taken
-        std::int64_t first_norm;  ///< in norms, of as many as its valence
-    };
-    std::vector<Ring> rings;  ///< by vertex
-    std::vector<double> norms;
-};
-
-/// The stiff rings among those of `vertices`, ascending. @param cells at rest, of the encoding. @throws Cancelled.
-/// Cost: linear.
-StiffRings find_stiff_rings(const Encoding& encoding, const std::vector<Index>& vertices, const RestCells& cells,
-                            const Execution& execution);
-
 /// A spoke of a row that resists by more than the smooth part of its prediction: see hessian_springs().
 struct HessianSpring {
     Index row;
@@ -35,8 +17,10 @@ struct HessianSpring {
     double stiffness;
 };
 
-/// By row, then by place. @param rings of all rows at least; @param bending a_i of each row.
-std::vector<HessianSpring> hessian_springs(const StiffRings& rings, const Encoding& encoding,
-                                           const Unknowns& unknowns, const std::vector<double>& bending);
+/// By row, then by place. @param cells at rest, of the encoding; @param bending a_i of each row.
+/// The same for any number of threads. @throws Cancelled. Cost: linear.
+std::vector<HessianSpring> hessian_springs(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                           const std::vector<double>& bending, int threads,
+                                           const Execution& execution);
 
 }  // namespace meanvalue

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
 
@@ -12,6 +13,12 @@ namespace {
 struct EdgeWeights {
     double spoke;
     double rim;
+};
+
+/// A row that a vertex is in the ring of, and where in that ring.
+struct Use {
+    Index row;
+    Index place;
 };
 
 /// Entries of some consecutive columns, one column after another.
@@ -30,11 +37,9 @@ class HessianColumns {
         row_start_.push_back(0);
         for (const Index row : unknowns_.rows)
             row_start_.push_back(row_start_.back() + encoding_.ring_of(row).valence);
-        row_of_.reserve(row_start_.back());
         numbers_.reserve(row_start_.back());
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
-            row_of_.insert(row_of_.end(), ring.valence, static_cast<Index>(row));
             for (Index k = 0; k < ring.valence; ++k)
                 numbers_.push_back(unknowns_.number[ring.ring[k]]);
         }
@@ -51,7 +56,7 @@ class HessianColumns {
     std::vector<Index> fixed_vertices() const {
         std::vector<Index> result;
         for (Index v = 0; v < static_cast<Index>(unknowns_.number.size()); ++v) {
-            const bool is_used = own_row_[v] >= 0 || use_start_[v + 1] > use_start_[v];
+            const bool is_used = own_row_[v] >= 0 || !uses_.of(v).empty();
             if (is_used && unknowns_.number[v] < 0) result.push_back(v);
         }
         return result;
@@ -104,21 +109,15 @@ class HessianColumns {
   private:
     /// Where each vertex is in rings.
     void index_uses() {
-        use_start_.assign(unknowns_.number.size() + 1, 0);
-        own_row_.assign(unknowns_.number.size(), -1);
-        const auto for_each_place = [&](const auto& visit) {
+        uses_ = grouped<Use>(unknowns_.number.size(), [&](const auto& visit) {
+            execution_.check();
             for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
                 const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
                 for (Index k = 0; k < ring.valence; ++k)
-                    visit(ring.ring[k], row_start_[row] + k);
+                    visit(ring.ring[k], Use{static_cast<Index>(row), k});
             }
-        };
-        for_each_place([&](Index vertex, std::int64_t) { ++use_start_[vertex + 1]; });
-        std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
-        execution_.check();
-        uses_.resize(use_start_.back());
-        std::vector<std::int64_t> next(use_start_.begin(), use_start_.end() - 1);
-        for_each_place([&](Index vertex, std::int64_t place) { uses_[next[vertex]++] = place; });
+        });
+        own_row_.assign(unknowns_.number.size(), -1);
         for (std::size_t row = 0; row < unknowns_.rows.size(); ++row)
             own_row_[unknowns_.rows[row]] = static_cast<Index>(row);
     }
@@ -147,9 +146,7 @@ class HessianColumns {
             for (Index k = 0; k < ring.valence; ++k)
                 add_edge(numbers_of(row)[k], edges_[row_start_[row] + k].spoke);
         }
-        for (std::int64_t use = use_start_[vertex]; use < use_start_[vertex + 1]; ++use) {
-            const Index row = row_of_[uses_[use]];
-            const auto place = static_cast<Index>(uses_[use] - row_start_[row]);
+        for (const auto [row, place] : uses_.of(vertex)) {
             const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
             add_bending(row, ring, -ring.weights[place]);
             const EdgeWeights* const edges = edges_.data() + row_start_[row];
@@ -182,11 +179,9 @@ class HessianColumns {
     double weight_;
     const Execution& execution_;
     std::vector<std::int64_t> row_start_;  // |rows| + 1: the first place of each row's ring
-    std::vector<Index> row_of_;            // of each place
     std::vector<Index> numbers_;           // of the vertex at each place, or -1
     std::vector<EdgeWeights> edges_;       // of each place
-    std::vector<std::int64_t> use_start_;  // n + 1
-    std::vector<std::int64_t> uses_;       // the places that each vertex is at
+    Grouped<Use> uses_;                    // n: the places that each vertex is at
     std::vector<Index> own_row_;           // n: or -1
 };
 

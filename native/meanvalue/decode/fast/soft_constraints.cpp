@@ -72,10 +72,9 @@ void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
 }
 
 std::vector<double> SoftConstraints::lost_hessian(const std::vector<double>& weights) const {
-    std::vector<double> lost;
-    lost.reserve(weights.size());
+    std::vector<double> lost(anchors_.size(), 0.0);
     for (std::size_t k = 0; k < weights.size(); ++k)
-        lost.push_back(2.0 * (1.0 - weights[k]) * anchors_[k].strength);
+        lost[k] = 2.0 * (1.0 - weights[k]) * anchors_[k].strength;
     return lost;
 }
 

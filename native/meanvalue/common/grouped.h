@@ -1,0 +1,40 @@
+// Items by the number that they belong to, all in one vector.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace meanvalue {
+
+template <typename Item>
+struct Grouped {
+    struct Range {
+        const Item* first;
+        const Item* last;
+        const Item* begin() const { return first; }
+        const Item* end() const { return last; }
+        bool empty() const { return first == last; }
+    };
+    /// The items of a group, in the order in which they came.
+    Range of(std::size_t group) const { return {items.data() + offsets[group], items.data() + offsets[group + 1]}; }
+
+    std::vector<std::int64_t> offsets;  ///< of the groups in items, then the total
+    std::vector<Item> items;
+};
+
+/// @param for_each calls the function that it is given with (group, item) for each item; it is called twice.
+template <typename Item, typename ForEach>
+Grouped<Item> grouped(std::size_t group_count, const ForEach& for_each) {
+    Grouped<Item> result;
+    result.offsets.assign(group_count + 1, 0);
+    for_each([&](std::size_t group, const Item&) { ++result.offsets[group + 1]; });
+    std::partial_sum(result.offsets.begin(), result.offsets.end(), result.offsets.begin());
+    result.items.resize(result.offsets.back());
+    std::vector<std::int64_t> next(result.offsets.begin(), result.offsets.end() - 1);
+    for_each([&](std::size_t group, const Item& item) { result.items[next[group]++] = item; });
+    return result;
+}
+
+}  // namespace meanvalue
