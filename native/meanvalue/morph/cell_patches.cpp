@@ -39,7 +39,6 @@ void CellPatches::grow(const OneRings& rings, const Execution& execution) {
             for (std::size_t k = 0; k < members.size(); ++k) {
                 for (Index place = rings.offsets[members[k]]; place < rings.offsets[members[k] + 1]; ++place) {
                     const Index v = rings.vertices[place];
-                    if (rings.valence(v) == 0) continue;
                     if (of[v] >= 0) {
                         if (of[v] != current) neighbour = of[v];
                     } else if (static_cast<Index>(members.size()) < most) {

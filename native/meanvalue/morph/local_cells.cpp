@@ -115,11 +115,6 @@ void LocalCells::take_out_shape_rotations(std::vector<Quaternion>& rotations, co
     }
 }
 
-/// The cell to whose rotation an edge goes half-way: its own where the neighbour has no ring, and so no rotation.
-Index LocalCells::bend_partner(Index vertex, Index neighbour) const {
-    return rings_.valence(neighbour) > 0 ? neighbour : vertex;
-}
-
 /// The edges without what shape, cell and bend rotate them by, at size 1.
 void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                                int threads, const Execution& execution) {
@@ -130,7 +125,7 @@ void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const s
                 const Index to = rings_.vertices[place];
                 for (std::size_t k = 0; k < count_; ++k) {
                     const Quaternion& own = rotations[v * count_ + k];
-                    const Quaternion bend = half_way(own, rotations[bend_partner(v, to) * count_ + k]);
+                    const Quaternion bend = half_way(own, rotations[to * count_ + k]);
                     const Vector3 edge = (shapes[k].row(v) - shapes[k].row(to)).transpose() / sizes_[k];
                     edges_[place * count_ + k] = (shape_rotations_[k] * own * bend).conjugate() * edge;
                 }
@@ -155,7 +150,7 @@ void LocalCells::fill(const ShapeWeights& weights, const std::vector<double>& si
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count_; ++k)
                     sum += (of[k] * factors[k]) * edges_[place * count_ + k];
-                edges[place] = half_way(rotations[v], rotations[bend_partner(v, rings_.vertices[place])]) * sum;
+                edges[place] = half_way(rotations[v], rotations[rings_.vertices[place]]) * sum;
             }
         }
     });

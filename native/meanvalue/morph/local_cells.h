@@ -53,7 +53,6 @@ class LocalCells {
     void take_out_shape_rotations(std::vector<Quaternion>& rotations, const Execution& execution);
     void measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                        int threads, const Execution& execution);
-    Index bend_partner(Index vertex, Index neighbour) const;
 
     const OneRings& rings_;
     std::size_t count_;                        // of shapes
