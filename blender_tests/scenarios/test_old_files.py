@@ -11,6 +11,8 @@ from support import installed, meshes, steps
 
 FILES = pathlib.Path(__file__).parent.parent / "files"
 RECORDED = json.loads((FILES / "version_0_1.json").read_text())["objects"]
+# Of a mix of shapes that are bent far: its whole is turned a little otherwise by now (docs/decisions/0019).
+BOUND_OF_MIXES = 1e-2
 FOLLOWED_A_KEY = ("Shaped", "Scripted")
 KEPT = ("name", "is_enabled", "is_soft", "is_pin", "bone", "marker", "cuff", "made_control")
 SETTINGS = ("live", "roi_group", "roi_invert", "made_region", "symmetric", "method", "result_key", "show_overlay")
@@ -31,10 +33,10 @@ def objects():
     return [(bpy.data.objects[name], recorded) for name, recorded in RECORDED.items()]
 
 
-def require_shown(obj, recorded):
+def require_shown(obj, recorded, bound=1e-3):
     size = np.linalg.norm(np.ptp([tuple(vertex.co) for vertex in obj.data.vertices], axis=0))
     off = np.abs(meshes.seen(obj)[recorded["vertices"]] - recorded["positions"]).max()
-    assert off < 1e-3 * size, (obj.name, off)
+    assert off < bound * size, (obj.name, off)
 
 
 def require_settings(obj, recorded):
@@ -120,7 +122,7 @@ def test_mixes_follow_their_sliders(opened, name):
         for key, value in recorded["sliders"].items():
             obj.data.shape_keys.key_blocks[key].value = value
         bpy.context.view_layer.update()
-        require_shown(obj, recorded)
+        require_shown(obj, recorded, BOUND_OF_MIXES)
 
 
 @pytest.mark.parametrize("name", [name for name, recorded in RECORDED.items() if "at_frames" in recorded])

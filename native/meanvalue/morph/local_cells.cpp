@@ -38,8 +38,8 @@ LocalCells::LocalCells(const OneRings& rings, const std::vector<PositionsView>& 
     std::vector<Quaternion> rotations = rotations_against(shapes, 0, threads, execution);
     const std::size_t central = central_shape(rotations, execution);
     if (central != 0) rotations = rotations_against(shapes, central, threads, execution);
-    take_out_shape_rotations(rotations, execution);
-    relative_.emplace(rings_, rotations, count_, threads, execution);
+    shape_rotations_.assign(count_, Quaternion::Identity());
+    relative_.emplace(rings_, rotations, shape_rotations_, threads, execution);
     measure_edges(shapes, rotations, threads, execution);
 }
 
@@ -102,19 +102,6 @@ std::size_t LocalCells::central_shape(const std::vector<Quaternion>& rotations, 
     return std::max_element(merits.begin(), merits.end()) - merits.begin();
 }
 
-/// Leaves the rotations of cells in each shape. @param rotations n x k, which change.
-void LocalCells::take_out_shape_rotations(std::vector<Quaternion>& rotations, const Execution& execution) {
-    for (std::size_t k = 0; k < count_; ++k) {
-        execution.check();
-        Matrix3 sum = Matrix3::Zero();
-        for (std::size_t v = k; v < rotations.size(); v += count_)
-            sum += rotations[v].toRotationMatrix();
-        shape_rotations_.push_back(Quaternion(closest_rotation(sum)));
-        for (std::size_t v = k; v < rotations.size(); v += count_)
-            rotations[v] = shape_rotations_[k].conjugate() * rotations[v];
-    }
-}
-
 /// The edges without what shape, cell and bend rotate them by, at size 1.
 void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                                int threads, const Execution& execution) {
@@ -165,10 +152,14 @@ std::vector<double> LocalCells::common_sizes(const std::vector<double>& weights)
 }
 
 Quaternion LocalCells::mean_rotation(const std::vector<double>& weights) const {
+    Matrix3 sum_of_all = Matrix3::Zero();
+    for (const Quaternion& whole : shape_rotations_)
+        sum_of_all += whole.toRotationMatrix();
+    const Quaternion middle(closest_rotation(sum_of_all));
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < count_; ++k)
-        sum += weights[k] * rotation_vector(shape_rotations_[k]);
-    return quaternion_by(sum);
+        sum += weights[k] * rotation_vector(shape_rotations_[k] * middle.conjugate());
+    return quaternion_by(sum) * middle;
 }
 
 Quaternion LocalCells::cell_rotation(std::size_t shape, Index vertex) const {

@@ -50,7 +50,6 @@ class LocalCells {
     std::vector<Quaternion> rotations_against(const std::vector<PositionsView>& shapes, std::size_t reference,
                                               int threads, const Execution& execution) const;
     std::size_t central_shape(const std::vector<Quaternion>& rotations, const Execution& execution) const;
-    void take_out_shape_rotations(std::vector<Quaternion>& rotations, const Execution& execution);
     void measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                        int threads, const Execution& execution);
 

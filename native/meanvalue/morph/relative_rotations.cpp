@@ -25,15 +25,34 @@ Vector3 small_rotation(const Quaternion& q) {
     return 2.0 * q.w() * q.vec();
 }
 
+/// Takes the mean of all cells' rotations in each shape out of them. @param rotations n x k.
+void take_out_shape_rotations(std::vector<Quaternion>& rotations, std::vector<Quaternion>& shape_rotations,
+                              const Execution& execution) {
+    const std::size_t count = shape_rotations.size();
+    for (std::size_t k = 0; k < count; ++k) {
+        execution.check();
+        Matrix3 sum = Matrix3::Zero();
+        for (std::size_t v = k; v < rotations.size(); v += count)
+            sum += rotations[v].toRotationMatrix();
+        const Quaternion mean(closest_rotation(sum));
+        shape_rotations[k] = shape_rotations[k] * mean;
+        for (std::size_t v = k; v < rotations.size(); v += count)
+            rotations[v] = mean.conjugate() * rotations[v];
+    }
+}
+
 }  // namespace
 
 RelativeRotations::RelativeRotations(const OneRings& rings, std::vector<Quaternion>& rotations,
-                                     std::size_t shape_count, int threads, const Execution& execution)
-    : rings_(rings), count_(shape_count), patches_(rings, execution), patch_count_(patches_.count()) {
+                                     std::vector<Quaternion>& shape_rotations, int threads,
+                                     const Execution& execution)
+    : rings_(rings), count_(shape_rotations.size()), patches_(rings, execution), patch_count_(patches_.count()) {
+    take_out_shape_rotations(rotations, shape_rotations, execution);
     find_pairs(execution);
     average_patches(rotations, execution);
     connect(execution);
     centre(rotations);
+    take_out_shape_rotations(rotations, shape_rotations, execution);
     average_patches(rotations, execution);
     for (std::size_t k = 0; k < means_.size(); ++k)
         patch_vectors_[k] = rotation_vector(means_[k], patch_vectors_[k]);

@@ -20,11 +20,11 @@ namespace meanvalue {
 /// squares, by Gauss and Newton), and the cells' own rotations are averaged on top. docs/algorithm.md, "Blending".
 class RelativeRotations {
   public:
-    /// @param rotations n x k, vertex after vertex: LocalCells. They change by a rotation for each cell, the same in
-    /// all shapes, so that they are about half as large. The same bits for any `threads`. @pre rings outlive it.
-    /// @throws Cancelled, SolverFailure. Cost: linear.
-    RelativeRotations(const OneRings& rings, std::vector<Quaternion>& rotations, std::size_t shape_count, int threads,
-                      const Execution& execution);
+    /// @param rotations n x k, vertex after vertex, of cells: LocalCells. What is left of them is how each is rotated
+    /// against its mean over all shapes. @param shape_rotations k; each receives the rotation of its shape as a
+    /// whole. The same bits for any `threads`. @pre rings outlive it. @throws Cancelled, SolverFailure. Cost: linear.
+    RelativeRotations(const OneRings& rings, std::vector<Quaternion>& rotations,
+                      std::vector<Quaternion>& shape_rotations, int threads, const Execution& execution);
 
     /// The rotations of all cells in between. Where one shape has all the weight they are its own.
     /// @param frames, rotation as of LocalCells::fill(). @param rotations receives n. The same bits for any
