@@ -13,9 +13,6 @@
 namespace meanvalue {
 namespace {
 
-// A share below this is quicker done by the thread that would hand it over.
-constexpr Index kLeastShare = 512;
-
 void run_pieces(Index begin, Index end, const Execution& execution, const std::function<void(Index, Index)>& body) {
     for (Index first = begin; first < end; first += std::min(kPiece, end - first)) {
         execution.check();
@@ -50,7 +47,7 @@ void run_workers(int workers, const std::function<void(int)>& body) {
 
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index, Index)>& body) {
-    const int workers = std::min<int>(threads, count / kLeastShare);
+    const int workers = std::min<int>(threads, count / kPiece);
     if (workers <= 1) {
         run_pieces(0, count, execution, body);
         return;

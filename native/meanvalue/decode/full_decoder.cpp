@@ -7,13 +7,6 @@
 #include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
-namespace {
-
-// A position's error goes with the root of the energy's, so the energy may settle much earlier than the vertices.
-constexpr double kSettledPerTolerance = 100.0;
-
-}  // namespace
-
 struct FullDecoder::FullWorkspace : Workspace {
     FullWorkspace(GaussNewtonSystem::Workspace of_system, SparseCholesky of_factor)
         : system(std::move(of_system)), cholesky(std::move(of_factor)) {}

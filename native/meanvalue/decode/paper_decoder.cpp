@@ -20,8 +20,6 @@ namespace {
 constexpr double kCoarseShare = 0.03;
 // "Several Gauss-Seidel iterations, typically four."
 constexpr int kSweeps = 4;
-// The coarse level is only a stage on the way: the splits that follow undo more than what is left by then.
-constexpr double kCoarseSettled = 1e-4;
 
 /// The energy where all rows have residuals of `length`.
 double energy_of(const Unknowns& unknowns, double length) {
@@ -94,7 +92,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const MinimiseReport coarse = solve_coarse(workspace, threads, positions, execution);
+        const MinimiseReport coarse = solve_coarse(workspace, options.tolerance, threads, positions, execution);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
@@ -158,10 +156,10 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
     return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
 }
 
-MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, int threads, Positions& positions,
-                                          Execution& execution) const {
+MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, double tolerance, int threads,
+                                          Positions& positions, Execution& execution) const {
     MinimiseOptions options;
-    options.settled_decrease = kCoarseSettled;
+    options.settled_decrease = kSettledPerTolerance * tolerance;
     options.negligible_energy = energy_of(coarse_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);

@@ -44,7 +44,7 @@ class PaperDecoder : public Decoder {
     Unknowns unknowns_of(const Level& level) const;
     MinimiseReport solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
                               Execution& execution) const;
-    MinimiseReport solve_coarse(PaperWorkspace& workspace, int threads, Positions& positions,
+    MinimiseReport solve_coarse(PaperWorkspace& workspace, double tolerance, int threads, Positions& positions,
                                 Execution& execution) const;
     double fine_energy(const Positions& positions, int threads, const Execution& execution) const;
 

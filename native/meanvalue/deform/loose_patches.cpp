@@ -17,12 +17,11 @@ namespace {
 constexpr std::size_t kSample = 256;
 // The rotation of a patch of fewer points is hardly determined.
 constexpr std::size_t kLeastPoints = 24;
-// Distances shorter than this share of the part's size count as that, so that a single touching vertex does not
-// decide alone.
+// Distances shorter than this share of a part's size are all alike: a single touching vertex does not decide alone,
+// and a part whose box sticks out by less may be inside.
 constexpr double kSoftDistance = 0.1;
-// Only so many of the largest loose parts may contain others, whose boxes may stick out by this share.
+// Only so many of the largest loose parts may contain others.
 constexpr std::size_t kMostContainers = 256;
-constexpr double kSticksOut = 0.05;
 
 using Box = Eigen::AlignedBox3d;
 
@@ -180,7 +179,7 @@ class Finder {
         const std::vector<Index> sample = some_of(members_[part], kSample);
         for (auto container = containers.rbegin(); container != containers.rend(); ++container) {
             const Box& box = boxes_[*container];
-            const Vector3 margin = Vector3::Constant(kSticksOut * size_of(box));
+            const Vector3 margin = Vector3::Constant(kSoftDistance * size_of(box));
             if (!Box(box.min() - margin, box.max() + margin).contains(boxes_[part])) continue;
             for (const Index v : some_of(members_[*container], kSample)) {
                 for (const Index from : sample) {

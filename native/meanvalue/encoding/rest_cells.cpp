@@ -11,7 +11,7 @@ namespace {
 
 // Cotangents are clamped: positive, so that no edge may gain by stretching; finite, where a triangle has no area.
 constexpr double kLeastCotangent = 0.05;
-constexpr double kMostCotangent = 10.0;
+constexpr double kMostCotangent = 1.0 / kLeastCotangent;
 // Each triangle's half cotangent, scaled to make an edge between equilateral triangles 1.
 constexpr double kCotangentScale = 0.86602540378443865;
 

@@ -9,9 +9,8 @@
 namespace meanvalue {
 namespace {
 
-// The angle below which triangles become expensive, and the one below which a collapse is put off (radians).
+// The angle below which triangles become expensive (radians).
 constexpr double kComfortableAngle = 20.0 * 3.14159265358979323846 / 180.0;
-constexpr double kNeedleAngle = 1.0 * 3.14159265358979323846 / 180.0;
 // Cosine of 78 degrees: a normal that turns farther counts as turned over.
 constexpr double kTurnedOver = 0.2;
 // Orders regions that are flat, where no volume changes, by edge length.
@@ -86,9 +85,10 @@ double CollapseCost::of(Index place, double limit) const {
     const double angle_rad = cotangent_over > 0.0
                                  ? arc_tangent(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
                                  : 3.0 * kComfortableAngle;
-    const double angle_ratio = kComfortableAngle / std::max(angle_rad, kNeedleAngle);
+    const double angle_ratio = kComfortableAngle / std::max(angle_rad, kCoincident);
     const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);
-    return turned_over || angle_rad < kNeedleAngle ? kPutOff * cost : cost;
+    // One that turns a triangle over is put off until any other costs more.
+    return turned_over ? cost / kCoincident : cost;
 }
 
 double cost_unit(const OneRings& rings, const PositionsView& positions) {

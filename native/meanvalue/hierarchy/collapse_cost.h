@@ -57,9 +57,6 @@ class CollapseCost {
     mutable std::vector<double> squared_distance_;  // of the ring vertices from the one that is merged into
 };
 
-// Collapses that turn a triangle over or leave a needle are put off until nothing better is left.
-constexpr double kPutOff = 1e6;
-
 template <typename Allowed>
 Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
     Collapse best{limit, -1};

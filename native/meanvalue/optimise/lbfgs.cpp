@@ -12,16 +12,14 @@ namespace {
 
 constexpr int kMostHalvings = 20;
 // A step at whose end the slope is more than this share of that at its start is lengthened, so many times at most.
+// One of an inherited history that has to be shortened more often than so many times ends that.
 constexpr double kSteep = 0.3;
 constexpr double kLongest = 4.0;
 // Steps this short in a row are the end; a single one may be a bad step.
 constexpr int kShortSteps = 2;
-// With patience, what comes after a single step that is shorter than this, in step tolerances, does not matter even
-// where the energy falls: there is little of it, and the next solve goes on. Half of a smooth drag's iterations.
-constexpr double kOutOfSight = 0.3;
-// A step of an inherited history that has to be shortened to less ends it.
-constexpr double kMisled = 0.125;
 // With an energy tolerance: the iterations that it is about, and how short the last has to be, in step tolerances.
+// With patience, what comes after a single step that is as many times shorter than one does not matter even where the
+// energy falls: there is little of it, and the next solve goes on. Half of a smooth drag's iterations.
 constexpr int kSlowSteps = 4;
 constexpr double kNearlyShort = 4.0;
 
@@ -70,7 +68,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
             if (falls_enough(value, trial_value, length * slope)) break;
         }
         is_inherited = is_inherited && report.iterations() < LbfgsHistory::kPairs;
-        if (length < kMisled && is_inherited) {
+        if (length * kLongest < 1.0 && is_inherited) {
             // The history of another solve misleads here.
             history_.clear();
             is_inherited = false;
@@ -101,7 +99,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         const bool is_slow = has_tolerance && report.iterations() >= options.patience &&
                              step < kNearlyShort * options.step_tolerance && !falls_in(kSlowSteps);
         // The whole step: one that had to be shortened tells nothing.
-        const bool is_out_of_sight = options.patience > 0 && longest < kOutOfSight * options.step_tolerance;
+        const bool is_out_of_sight = options.patience > 0 && kNearlyShort * longest < options.step_tolerance;
         if (is_short || is_slow || is_out_of_sight) {
             report.converged = true;
             break;

@@ -6,12 +6,16 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/gauss_newton_system.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
+
+/// The decrease that settles a solve, in tolerances of positions: their errors go with the root of the energy's.
+constexpr double kSettledPerTolerance = 100.0;
 
 struct MinimiseOptions {
     double step_tolerance = 0.0;    ///< stop when no vertex would move farther than this (units of the input)
@@ -46,12 +50,11 @@ struct MinimiseReport {
     /// Whether a minimum is near. Where no step lowers the energy, only if the gradient has vanished; where it fell
     /// slowly, also if no more was to be expected: short steps fall slowly anywhere.
     bool converged() const {
-        const bool vanished = gradient <= kVanishedGradient * initial_gradient;
+        const bool vanished = gradient <= kCoincident * initial_gradient;
         if (stop_reason == StopReason::kNoDescent) return vanished;
         if (stop_reason == StopReason::kSettled) return vanished || promised_share <= kNearMinimum;
         return stop_reason != StopReason::kIterationLimit;
     }
-    static constexpr double kVanishedGradient = 1e-3;
     static constexpr double kNearMinimum = 0.02;
 };
 

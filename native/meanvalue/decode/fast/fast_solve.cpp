@@ -12,13 +12,11 @@ constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
-// Rounds of fitting examples and solving on the coarsest level, with so many iterations each, when a solve begins at
-// an earlier answer; more of them cost more than they bring. They end when no weight changes by more than this.
+// Rounds of fitting examples and solving on the coarsest level, with as many iterations each as patience has, when a
+// solve begins at an earlier answer; more of them cost more than they bring. They end when no weight changes by more
+// than this.
 constexpr int kWarmRounds = 2;
-constexpr int kWarmRoundIterations = 15;
 constexpr double kSettledWeights = 0.003;
-// Each round is solved to this share of the size: the slow ways downhill are what examples change most.
-constexpr double kRoundTolerance = 5e-5;
 
 }  // namespace
 
@@ -51,11 +49,11 @@ void FastSolve::blend_examples(Level level) {
 }
 
 /// Fits and solves in turns.
-void FastSolve::relax_with_examples(Level level, int most_rounds, int iterations, Positions& positions) {
+void FastSolve::relax_with_examples(Level level, int most_rounds, Positions& positions) {
     for (int round = 0; round < most_rounds; ++round) {
         const double change = fit_examples(level, positions);
         blend_examples(level);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kRoundTolerance, iterations), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kPatience), positions);
         if (change < kSettledWeights) break;
     }
 }
@@ -75,7 +73,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
     if (has_examples() && is_cold) forget_examples();
     const bool has_history = std::exchange(work_.keeps_history, false);
-    LbfgsOptions lbfgs = lbfgs_options(options_.tolerance, options_.max_iterations);
+    LbfgsOptions lbfgs = lbfgs_options(options_.max_iterations);
     if (is_cold) {
         start_cold(positions);
     } else {
@@ -83,7 +81,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         start_warm(*options_.previous, positions);
         if (has_examples()) {
             Positions coarse = positions;
-            relax_with_examples(coarsest(), kWarmRounds, kWarmRoundIterations, coarse);
+            relax_with_examples(coarsest(), kWarmRounds, coarse);
             blend_examples(whole());
         }
         const bool may_leave_off = goes_on_ && !options_.is_last;
@@ -147,9 +145,9 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
     return {factor, work_.factor, &downdate};
 }
 
-LbfgsOptions FastSolve::lbfgs_options(double tolerance, int max_iterations) const {
+LbfgsOptions FastSolve::lbfgs_options(int max_iterations) const {
     LbfgsOptions options;
-    options.step_tolerance = tolerance * problem_.size;
+    options.step_tolerance = options_.tolerance * problem_.size;
     options.energy_tolerance = problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0;
     options.max_iterations = max_iterations;
     return options;

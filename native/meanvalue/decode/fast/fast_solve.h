@@ -34,7 +34,7 @@ class FastSolve {
     Level whole() const { return level(0); }
     Level coarsest() const { return level(problem_.levels.size() - 1); }
 
-    LbfgsOptions lbfgs_options(double tolerance, int max_iterations) const;
+    LbfgsOptions lbfgs_options(int max_iterations) const;
     LbfgsReport minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions);
     Preconditioner preconditioner_of(Level level, std::size_t stage);
     double energy_of(Level level, const Positions& positions);
@@ -54,7 +54,7 @@ class FastSolve {
     void forget_examples();
     double fit_examples(Level level, const Positions& shape);
     void blend_examples(Level level);
-    void relax_with_examples(Level level, int most_rounds, int iterations, Positions& positions);
+    void relax_with_examples(Level level, int most_rounds, Positions& positions);
 
     // From rest.
     void start_cold(Positions& positions);

@@ -9,10 +9,6 @@
 namespace meanvalue {
 namespace {
 
-// How exact stages on the way are, as a share of the size, and how many iterations they take at most: their end is
-// only where the next begins.
-constexpr double kStageTolerance = 2e-4;
-constexpr int kMostStageIterations = 40;
 // Handles that rotate by more than this (120 degrees) are also moved along their path, in steps of an eighth of
 // it at most. Smaller rotations are found as well from the stiff stage; docs/algorithm.md has the count.
 constexpr double kFarRotation = 2.1;
@@ -30,7 +26,7 @@ void FastSolve::start_cold(Positions& positions) {
     }
     if (has_examples()) {
         const StageTimer timer(timings_, "examples");
-        relax_with_examples(coarsest(), kMostRounds, kMostStageIterations, positions);
+        relax_with_examples(coarsest(), kMostRounds, positions);
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
@@ -40,10 +36,9 @@ void FastSolve::start_cold(Positions& positions) {
     }
 }
 
-/// To a minimum at the rigidity asked for, as exactly as a stage on the way needs. @return the energy.
+/// To a minimum at the rigidity asked for. @return the energy.
 double FastSolve::relax(Level level, Positions& positions) {
-    const LbfgsOptions options =
-        lbfgs_options(std::max(options_.tolerance, kStageTolerance), options_.max_iterations);
+    const LbfgsOptions options = lbfgs_options(options_.max_iterations);
     return minimise(level, level.bound.stages.size() - 1, options, positions).energies.back();
 }
 
@@ -81,7 +76,7 @@ void FastSolve::start_from_rest(Positions& positions) {
     respond(level, 0, carried, positions);
     const Positions start = positions;
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(kStageTolerance, kMostStageIterations), positions);
+        minimise(level, stage, lbfgs_options(options_.max_iterations), positions);
     double energy = relax(level, positions);
     const auto keep_if_lower = [&](Positions& other, double other_energy) {
         if (!(other_energy < energy)) return;
@@ -106,8 +101,7 @@ double FastSolve::minimise_along(const HandlePaths::Path& path, Positions& posit
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kRotationOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kStageTolerance, kMostStageIterations),
-                 positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(options_.max_iterations), positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);
