@@ -52,7 +52,7 @@ print(first, last, bytes_of_one)
 """
 
 SHORT = """
-large, small = bar(60_000), bar(300)
+large, small = bar(150_000), bar(300)  # threads have reserved 64 MB each for their heaps, which count as used
 meanvalue.Deformer(*small).solve(small[0][small[2]])  # what threads need is there
 expected = np.array(meanvalue.Deformer(*small).solve(small[0][small[2]]).vertices)
 virtual = 4096 * int(open("/proc/self/statm").read().split()[0])
