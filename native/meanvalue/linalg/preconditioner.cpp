@@ -13,6 +13,7 @@ namespace {
 
 // Rows that are corrected at most: their columns take memory, and each step the time to add them.
 constexpr std::size_t kMostRows = 256;
+constexpr std::size_t kMostBytes = std::size_t{128} << 20;
 
 }  // namespace
 
@@ -23,10 +24,12 @@ void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Ind
     std::iota(taken.begin(), taken.end(), 0);
     taken.erase(std::remove_if(taken.begin(), taken.end(), [&](std::size_t k) { return !(amounts[k] > 0.0); }),
                 taken.end());
-    if (taken.size() > kMostRows) {
+    const std::size_t most =
+        std::min(kMostRows, kMostBytes / (sizeof(float) * std::max<std::size_t>(factor.size(), 1)));
+    if (taken.size() > most) {
         std::stable_sort(taken.begin(), taken.end(),
                          [&](std::size_t a, std::size_t b) { return amounts[a] > amounts[b]; });
-        taken.resize(kMostRows);
+        taken.resize(most);
         std::sort(taken.begin(), taken.end());
     }
     std::vector<Index> taken_rows;
@@ -38,43 +41,54 @@ void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Ind
     if (taken_rows == rows_ && taken_amounts == amounts_) return;
     inverse_.resize(0, 0);
     amounts_.clear();
-    if (taken_rows != rows_) {
-        rows_.clear();
-        find_columns(factor, taken_rows, threads, execution, workspace);
-        rows_ = std::move(taken_rows);
-    }
-    Eigen::MatrixXd small = -columns_(rows_, Eigen::all).cast<double>();
-    for (std::size_t k = 0; k < rows_.size(); ++k)
+    rows_.clear();
+    find_columns(factor, taken_rows, threads, execution, workspace);
+    rows_ = std::move(taken_rows);
+    const auto count = static_cast<Eigen::Index>(rows_.size());
+    Eigen::MatrixXd small(count, count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        small.col(k) = -columns_.at(rows_[k])(rows_).cast<double>();
         small(k, k) += (1.0 + kSinglePrecision) / taken_amounts[k];
+    }
     // Where that has made it indefinite, the factor as it is serves: slower, and to the same minimum.
     const Eigen::LLT<Eigen::MatrixXd> factored(small);
-    if (factored.info() == Eigen::Success)
-        inverse_ = factored.solve(Eigen::MatrixXd::Identity(small.rows(), small.cols()));
+    if (factored.info() == Eigen::Success) inverse_ = factored.solve(Eigen::MatrixXd::Identity(count, count));
     amounts_ = std::move(taken_amounts);
 }
 
-/// Of the inverse, three to a solve.
+/// Of the inverse, three to a solve; those that are known already are kept.
 void DiagonalDowndate::find_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, int threads,
                                     const Execution& execution, SupernodalFactor::Workspace& workspace) {
-    const auto count = static_cast<Eigen::Index>(rows.size());
-    columns_.resize(factor.size(), count);
+    std::map<Index, Eigen::VectorXf> kept;
+    std::vector<Index> missing;
+    for (const Index row : rows) {
+        if (!kept.insert(columns_.extract(row)).inserted) missing.push_back(row);
+    }
+    columns_.swap(kept);
     Positions three(factor.size(), 3);
-    for (Eigen::Index first = 0; first < count; first += 3) {
-        const Eigen::Index taken = std::min<Eigen::Index>(3, count - first);
+    for (std::size_t first = 0; first < missing.size(); first += 3) {
+        const std::size_t count = std::min<std::size_t>(3, missing.size() - first);
         three.setZero();
-        for (Eigen::Index c = 0; c < taken; ++c)
-            three(rows[first + c], c) = 1.0;
+        for (std::size_t c = 0; c < count; ++c)
+            three(missing[first + c], static_cast<Eigen::Index>(c)) = 1.0;
         factor.solve(three, three, threads, execution, workspace);
-        columns_.middleCols(first, taken) = three.leftCols(taken).cast<float>();
+        for (std::size_t c = 0; c < count; ++c)
+            columns_.emplace(missing[first + c], three.col(static_cast<Eigen::Index>(c)).cast<float>());
     }
 }
 
 void DiagonalDowndate::correct(Positions& solution, int threads, const Execution& execution) const {
     if (inverse_.size() == 0) return;
     const Positions shares = inverse_.lazyProduct(solution(rows_, Eigen::all));
+    std::vector<const float*> columns;
+    for (const Index row : rows_)
+        columns.push_back(columns_.at(row).data());
     parallel_for(static_cast<Index>(solution.rows()), threads, execution, [&](Index begin, Index end) {
-        for (Index row = begin; row < end; ++row)
-            solution.row(row) += columns_.row(row).cast<double>().lazyProduct(shares);
+        for (std::size_t k = 0; k < columns.size(); ++k) {
+            const Eigen::RowVector3d share = shares.row(static_cast<Eigen::Index>(k));
+            for (Index row = begin; row < end; ++row)
+                solution.row(row) += static_cast<double>(columns[k][row]) * share;
+        }
     });
 }
 

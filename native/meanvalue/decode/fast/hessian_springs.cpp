@@ -28,12 +28,12 @@ class SpringFinder {
         blocks_.resize(ring.valence);
         numbers_.resize(ring.valence);
         std::iota(numbers_.begin(), numbers_.end(), 0);
-        around_.resize(ring.valence, 3);
+        Positions around(ring.valence, 3);  // the vertex: its ring
         const Vector3* const edges = cells_.edges.data() + encoding_.ring_offsets[vertex];
         for (Index k = 0; k < ring.valence; ++k)
-            around_.row(k) = -edges[k];
+            around.row(k) = -edges[k];
         ring.ring = numbers_.data();
-        predict_with_jacobian(ring, around_, blocks_.data());
+        predict_with_jacobian(ring, around, blocks_.data());
         double sum = 0.0;
         for (Index k = 0; k < ring.valence; ++k) {
             blocks_[k] -= ring.weights[k] * Matrix3::Identity();
@@ -51,7 +51,6 @@ class SpringFinder {
     const RestCells& cells_;
     std::vector<Matrix3> blocks_;
     std::vector<Index> numbers_;
-    Positions around_;  // the vertex: its ring
 };
 
 }  // namespace
