@@ -11,11 +11,11 @@ namespace {
 // Points whose paths fit into the cache, 56 frames of them.
 constexpr std::size_t kBlock = 64;
 
-// Roughness over so many frames, as a share of that over w, distinguishes a jump, which has the second share, from a
-// swing: one of 8 frames has 0.15.
+// Roughness over so many frames, as a share of that over w, distinguishes a jump from a swing: one of 8 frames has
+// 0.15.
 constexpr Index kNear = 2;
 constexpr double kOfSwing = 0.2;
-constexpr double kOfJump = 1.0 - 1.0 / (kNear * kNear);
+constexpr double kOfJump = 0.5;
 
 double length_of(const double* vector) {
     return std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
