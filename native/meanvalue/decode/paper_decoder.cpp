@@ -20,6 +20,7 @@ namespace {
 constexpr double kCoarseShare = 0.03;
 // "Several Gauss-Seidel iterations, typically four."
 constexpr int kSweeps = 4;
+constexpr int kMostCoarseSteps = 30;  // the splits that follow undo more than what is left by then
 
 /// The energy where all rows have residuals of `length`.
 double energy_of(const Unknowns& unknowns, double length) {
@@ -160,6 +161,7 @@ MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, double tole
                                           Positions& positions, Execution& execution) const {
     MinimiseOptions options;
     options.settled_decrease = kSettledPerTolerance * tolerance;
+    options.max_iterations = kMostCoarseSteps;
     options.negligible_energy = energy_of(coarse_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);

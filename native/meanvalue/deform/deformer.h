@@ -18,7 +18,7 @@ class Workspace;
 struct SolveOptions {
     /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
     /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
-    /// in four steps, with Method::kFull by less than 100 times this share in three steps in a row.
+    /// in four steps; kFull, and the coarse level of kPaper, when by less than 100 times in three steps in a row.
     std::optional<double> tolerance;
     int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
     /// With a start: solve from rest too, and keep the lower energy of both ends. For the end of a drag: the result

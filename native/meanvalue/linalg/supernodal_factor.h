@@ -50,7 +50,7 @@ class CholeskyFactor {
     /// @return false where the matrix is not positive definite to working precision.
     /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
     bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
-    /// The same in less memory: the matrix is freed before the numbers of the factor are found.
+    /// The same in less memory, once: the matrix is freed before the numbers of the factor are found.
     bool factorise(SparseMatrix&& lower, const Execution& execution, int threads = 1);
 
     /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates

@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
-#include "meanvalue/common/tolerances.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/gauss_newton_system.h"
@@ -50,11 +49,12 @@ struct MinimiseReport {
     /// Whether a minimum is near. Where no step lowers the energy, only if the gradient has vanished; where it fell
     /// slowly, also if no more was to be expected: short steps fall slowly anywhere.
     bool converged() const {
-        const bool vanished = gradient <= kCoincident * initial_gradient;
+        const bool vanished = gradient <= kVanishedGradient * initial_gradient;
         if (stop_reason == StopReason::kNoDescent) return vanished;
         if (stop_reason == StopReason::kSettled) return vanished || promised_share <= kNearMinimum;
         return stop_reason != StopReason::kIterationLimit;
     }
+    static constexpr double kVanishedGradient = 1e-3;
     static constexpr double kNearMinimum = 0.02;
 };
 

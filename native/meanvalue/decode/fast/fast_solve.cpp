@@ -145,11 +145,11 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
     return {factor, work_.factor, &downdate};
 }
 
-LbfgsOptions FastSolve::lbfgs_options(int max_iterations) const {
+LbfgsOptions FastSolve::lbfgs_options(int max_iterations, double least_tolerance) const {
     LbfgsOptions options;
-    options.step_tolerance = options_.tolerance * problem_.size;
+    options.step_tolerance = std::max(options_.tolerance, least_tolerance) * problem_.size;
     options.energy_tolerance = problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0;
-    options.max_iterations = max_iterations;
+    options.max_iterations = std::min(max_iterations, options_.max_iterations);
     return options;
 }
 

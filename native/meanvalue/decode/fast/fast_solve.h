@@ -34,7 +34,7 @@ class FastSolve {
     Level whole() const { return level(0); }
     Level coarsest() const { return level(problem_.levels.size() - 1); }
 
-    LbfgsOptions lbfgs_options(int max_iterations) const;
+    LbfgsOptions lbfgs_options(int max_iterations, double least_tolerance = 0.0) const;
     LbfgsReport minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions);
     Preconditioner preconditioner_of(Level level, std::size_t stage);
     double energy_of(Level level, const Positions& positions);

@@ -9,10 +9,13 @@
 namespace meanvalue {
 namespace {
 
-// Handles that rotate by more than this (120 degrees) are also moved along their path, in steps of an eighth of
-// it at most. Smaller rotations are found as well from the stiff stage; docs/algorithm.md has the count.
+// Handles that rotate by more than this (120 degrees) are also moved along their path, unless the shape is perfect
+// without. Smaller rotations are found as well from the stiff stage (docs/decisions/0011-constant-matrix.md).
 constexpr double kFarRotation = 2.1;
 constexpr double kRotationOfStep = kFarRotation / 8.0;
+// Stages before the last and steps along a path only lead to the next: no more iterations, and no smaller tolerance.
+constexpr int kStageIterations = 20;
+constexpr double kStageTolerance = 5e-4;
 // Rounds of fitting examples and solving on the coarsest level, where weights do not settle earlier.
 constexpr int kMostRounds = 40;
 
@@ -76,7 +79,7 @@ void FastSolve::start_from_rest(Positions& positions) {
     respond(level, 0, carried, positions);
     const Positions start = positions;
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
-        minimise(level, stage, lbfgs_options(options_.max_iterations), positions);
+        minimise(level, stage, lbfgs_options(kStageIterations, kStageTolerance), positions);
     double energy = relax(level, positions);
     const auto keep_if_lower = [&](Positions& other, double other_energy) {
         if (!(other_energy < energy)) return;
@@ -89,7 +92,7 @@ void FastSolve::start_from_rest(Positions& positions) {
         const double carried_on_energy = relax(level, carried_on);
         keep_if_lower(carried_on, carried_on_energy);
     }
-    if (path.largest_angle_rad() > kFarRotation) {
+    if (path.largest_angle_rad() > kFarRotation && energy > std::pow(kRounding * problem_.size, 2)) {
         Positions along_path = problem_.region.positions;
         const double path_energy = minimise_along(path, along_path);
         keep_if_lower(along_path, path_energy);
@@ -101,7 +104,7 @@ double FastSolve::minimise_along(const HandlePaths::Path& path, Positions& posit
     const int steps = static_cast<int>(std::ceil(path.largest_angle_rad() / kRotationOfStep));
     for (int step = 1; step < steps; ++step) {
         place_along(path, static_cast<double>(step) / steps, level, positions);
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(options_.max_iterations), positions);
+        minimise(level, level.bound.stages.size() - 1, lbfgs_options(kStageIterations, kStageTolerance), positions);
     }
     place_along(path, 1.0, level, positions);
     return relax(level, positions);
