@@ -80,6 +80,16 @@ def test_a_part_that_grows_with_the_surface_keeps_its_place():
     assert np.abs(fitted(half, truth) - truth).max() < 0.25 * RADIUS
 
 
+@pytest.mark.parametrize("left", [0.0, 1e-3])
+def test_what_one_shape_hides_does_not_make_the_rest_grow(left):
+    centre = TUBE.mean(axis=0)
+    hidden = centre + left * (TUBE - centre)
+    faces = np.concatenate([TUBE_FACES, TUBE_FACES + len(TUBE)])
+    shapes = [np.concatenate([TUBE, part + np.array([5, 0, 0])]) for part in (TUBE, hidden)]
+    half = meanvalue.Morpher(shapes, faces).solve([0.5, 0.5]).vertices
+    assert np.allclose(half[: len(TUBE)], TUBE, atol=1e-6 * diagonal(TUBE))
+
+
 def test_a_part_that_moves_otherwise_goes_its_own_way():
     """One that stands beside the tube in both shapes is not swung around by it."""
     beside = 0.2 * octahedron()[0] + [0.0, 3.0, 8.0]

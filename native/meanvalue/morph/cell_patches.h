@@ -17,7 +17,7 @@ struct CellPatches {
         double share;
     };
 
-    /// @throws Cancelled. Cost: linear.
+    /// @throws Cancelled. Cost: linear, in rounds that grow with the square root of the vertices in a patch.
     CellPatches(const OneRings& rings, const Execution& execution);
 
     Index count() const { return static_cast<Index>(sizes.size()); }

@@ -17,6 +17,15 @@ void edges_of(const OneRings& rings, const PositionsView& shape, Index vertex, V
         *edges++ = (shape.row(vertex) - shape.row(*neighbour)).transpose();
 }
 
+Eigen::ArrayXd squared_edges(const OneRings& rings, const PositionsView& shape) {
+    Eigen::ArrayXd result(static_cast<Index>(rings.vertices.size()));
+    for (Index v = 0; v < rings.vertex_count(); ++v) {
+        for (Index place = rings.offsets[v]; place < rings.offsets[v + 1]; ++place)
+            result[place] = (shape.row(v) - shape.row(rings.vertices[place])).squaredNorm();
+    }
+    return result;
+}
+
 /// The sum over a cell of to * from^T. Edges count as in the energy: with cotangent weights the rotation of a cell is
 /// that of the surface, however its edges lie.
 Matrix3 covariance_of(const std::vector<Spoke>& from, const Vector3* to) {
@@ -34,25 +43,26 @@ Matrix3 covariance_of(const std::vector<Spoke>& from, const Vector3* to) {
 LocalCells::LocalCells(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
                        const Execution& execution)
     : rings_(rings), count_(shapes.size()) {
-    measure_sizes(shapes, execution);
     std::vector<Quaternion> rotations = rotations_against(shapes, 0, threads, execution);
-    const std::size_t central = central_shape(rotations, execution);
+    const std::size_t central = central_shape(shapes, rotations, execution);
+    measure_sizes(shapes, central, execution);
     if (central != 0) rotations = rotations_against(shapes, central, threads, execution);
     shape_rotations_.assign(count_, Quaternion::Identity());
     relative_.emplace(rings_, rotations, shape_rotations_, threads, execution);
     measure_edges(shapes, rotations, threads, execution);
 }
 
-void LocalCells::measure_sizes(const std::vector<PositionsView>& shapes, const Execution& execution) {
+/// An edge counts by how alike its shares of both shapes are: what one shape collapses does not make others longer.
+void LocalCells::measure_sizes(const std::vector<PositionsView>& shapes, std::size_t central,
+                               const Execution& execution) {
+    const Eigen::ArrayXd reference = squared_edges(rings_, shapes[central]);
     for (const PositionsView& shape : shapes) {
         execution.check();
-        double squares = 0.0;
-        for (Index v = 0; v < rings_.vertex_count(); ++v) {
-            for (const Index* neighbour = rings_.begin(v); neighbour != rings_.end(v); ++neighbour)
-                squares += (shape.row(v) - shape.row(*neighbour)).squaredNorm();
-        }
-        const auto edges = static_cast<double>(rings_.vertices.size());
-        sizes_.push_back(squares > 0.0 ? std::sqrt(squares / edges) : 1.0);
+        const Eigen::ArrayXd squares = squared_edges(rings_, shape);
+        const Eigen::ArrayXd growth = (squares * reference.sum()) / (reference * squares.sum());
+        const Eigen::ArrayXd alike = (squares > 0.0).select(growth.min(1.0 / growth), 0.0);
+        const double ratio = (alike * squares).sum() / (alike * reference).sum();
+        sizes_.push_back(ratio > 0.0 ? std::sqrt(ratio) : 1.0);  // 1 where nothing is in both
     }
 }
 
@@ -84,10 +94,11 @@ std::vector<Quaternion> LocalCells::rotations_against(const std::vector<Position
 
 /// The shape that agrees best with all others, each rotated onto it as a whole, and of two the larger: whatever their
 /// order is.
-std::size_t LocalCells::central_shape(const std::vector<Quaternion>& rotations, const Execution& execution) const {
+std::size_t LocalCells::central_shape(const std::vector<PositionsView>& shapes,
+                                      const std::vector<Quaternion>& rotations, const Execution& execution) const {
     std::vector<std::pair<double, double>> merits;  // agreement and size
-    for (const double size : sizes_)
-        merits.emplace_back(0.0, size);
+    for (const PositionsView& shape : shapes)
+        merits.emplace_back(0.0, squared_edges(rings_, shape).sum());
     for (std::size_t a = 0; a < count_; ++a) {
         for (std::size_t b = a + 1; b < count_; ++b) {
             execution.check();
@@ -102,7 +113,7 @@ std::size_t LocalCells::central_shape(const std::vector<Quaternion>& rotations, 
     return std::max_element(merits.begin(), merits.end()) - merits.begin();
 }
 
-/// The edges without what shape, cell and bend rotate them by, at size 1.
+/// The edges without what shape, cell and bend rotate them by.
 void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                                int threads, const Execution& execution) {
     edges_.resize(rings_.vertices.size() * count_);
@@ -113,7 +124,7 @@ void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const s
                 for (std::size_t k = 0; k < count_; ++k) {
                     const Quaternion& own = rotations[v * count_ + k];
                     const Quaternion bend = half_way(own, rotations[to * count_ + k]);
-                    const Vector3 edge = (shapes[k].row(v) - shapes[k].row(to)).transpose() / sizes_[k];
+                    const Vector3 edge = (shapes[k].row(v) - shapes[k].row(to)).transpose();
                     edges_[place * count_ + k] = (shape_rotations_[k] * own * bend).conjugate() * edge;
                 }
             }
@@ -127,16 +138,13 @@ void LocalCells::fill(const ShapeWeights& weights, const std::vector<double>& si
                       std::vector<Vector3>& edges) const {
     relative_->fill(weights, frames, rotation, threads, execution, rotations);
     edges.resize(rings_.vertices.size());
-    std::vector<double> factors(count_);
-    for (std::size_t k = 0; k < count_; ++k)
-        factors[k] = sizes[k] * sizes_[k];
     parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             const double* const of = weights.of(v);
             for (Index place = rings_.offsets[v]; place < rings_.offsets[v + 1]; ++place) {
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count_; ++k)
-                    sum += (of[k] * factors[k]) * edges_[place * count_ + k];
+                    sum += (of[k] * sizes[k]) * edges_[place * count_ + k];
                 edges[place] = half_way(rotations[v], rotations[rings_.vertices[place]]) * sum;
             }
         }

@@ -13,15 +13,15 @@ namespace meanvalue {
 
 /// A cell is a vertex with the edges of its ring. In shape k that of vertex i has the edges
 ///     size_k G_k R_ik M_ijk e_ijk,
-/// size_k being the root mean square of all edges, G_k the rotation of the shape as a whole, R_ik that of the cell in
-/// it, and M_ijk the rotation half-way on from there to that of cell j, so that a cell that is bent has its edges
-/// bent as well. Rotations are those that take the edges of the central shape onto those of the others as well as
-/// possible. An in-between shape has averages of the e_ijk and rotations by RelativeRotations (docs/algorithm.md,
-/// "Blending"); it does not depend on the order of the shapes.
+/// size_k being the root mean square of its edges over that of the central shape's, alike ones before others, G_k the
+/// rotation of the shape as a whole, R_ik that of the cell in it, and M_ijk the rotation half-way on from there to
+/// that of cell j, so that a cell that is bent has its edges bent as well. Rotations are those that take the edges of
+/// the central shape onto those of the others as well as possible. An in-between shape has averages of the e_ijk and
+/// rotations by RelativeRotations (docs/algorithm.md, "Blending"); it does not depend on the order of the shapes.
 class LocalCells {
   public:
     /// @param rings of all shapes. @param shapes one or more, n x 3 each. The same bits for any `threads`.
-    /// @pre rings outlive it. @throws Cancelled. Cost: linear.
+    /// @pre rings outlive it. @throws Cancelled. Cost: linear in n; k (k - 1) / 2 passes over all cells for k shapes.
     LocalCells(const OneRings& rings, const std::vector<PositionsView>& shapes, int threads,
                const Execution& execution);
 
@@ -46,16 +46,17 @@ class LocalCells {
                                       const Execution& execution) const;
 
   private:
-    void measure_sizes(const std::vector<PositionsView>& shapes, const Execution& execution);
+    void measure_sizes(const std::vector<PositionsView>& shapes, std::size_t central, const Execution& execution);
     std::vector<Quaternion> rotations_against(const std::vector<PositionsView>& shapes, std::size_t reference,
                                               int threads, const Execution& execution) const;
-    std::size_t central_shape(const std::vector<Quaternion>& rotations, const Execution& execution) const;
+    std::size_t central_shape(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
+                              const Execution& execution) const;
     void measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                        int threads, const Execution& execution);
 
     const OneRings& rings_;
     std::size_t count_;                        // of shapes
-    std::vector<Vector3> edges_;               // for each half-edge e_ijk of one shape after another
+    std::vector<Vector3> edges_;               // for each half-edge size_k e_ijk of one shape after another
     std::vector<double> sizes_;                // of each shape
     std::vector<Quaternion> shape_rotations_;  // G_k
     std::optional<RelativeRotations> relative_;
