@@ -176,11 +176,7 @@ Quaternion LocalCells::cell_rotation(std::size_t shape, Index vertex) const {
 
 std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights, const std::vector<Index>& vertices,
                                               const Execution& execution) const {
-    std::vector<Quaternion> result = relative_->find(weights, vertices, execution);
-    const Quaternion whole = mean_rotation(weights);
-    for (Quaternion& rotation : result)
-        rotation = whole * rotation;
-    return result;
+    return relative_->find(weights, mean_rotation(weights), vertices, execution);
 }
 
 }  // namespace meanvalue
