@@ -1,8 +1,6 @@
 #include "meanvalue/baselines/edge_laplacian.h"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "meanvalue/common/errors.h"
 

@@ -1,7 +1,5 @@
 #include "meanvalue/decode/full_decoder.h"
 
-#include <cmath>
-
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/optimise/elimination_order.h"

@@ -1,6 +1,5 @@
 #include "meanvalue/decode/paper_decoder.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 

@@ -1,7 +1,6 @@
 #include "meanvalue/encoding/mean_value_weights.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 

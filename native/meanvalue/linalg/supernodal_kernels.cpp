@@ -1,6 +1,5 @@
 #include "meanvalue/linalg/supernodal_kernels.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

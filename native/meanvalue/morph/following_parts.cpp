@@ -1,7 +1,6 @@
 #include "meanvalue/morph/following_parts.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "meanvalue/common/parallel.h"
 

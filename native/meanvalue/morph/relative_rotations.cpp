@@ -1,7 +1,6 @@
 #include "meanvalue/morph/relative_rotations.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <numeric>

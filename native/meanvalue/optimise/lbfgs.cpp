@@ -1,6 +1,5 @@
 #include "meanvalue/optimise/lbfgs.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "meanvalue/common/errors.h"

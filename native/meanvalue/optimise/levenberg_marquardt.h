@@ -1,7 +1,6 @@
 // Minimizes equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "meanvalue/common/execution.h"

@@ -1,7 +1,6 @@
 // Many frames over one bound mesh: anchors follow trajectories, and the mesh is found at every frame.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>

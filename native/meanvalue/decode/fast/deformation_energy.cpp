@@ -1,7 +1,5 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 
-#include <algorithm>
-
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/energy_blocks.h"
 

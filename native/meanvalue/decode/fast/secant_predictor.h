@@ -1,7 +1,6 @@
 // Predicts the next answer of a drag from the last ones: the predictor of a continuation method, by secants.
 #pragma once
 
-#include <cstddef>
 #include <deque>
 #include <vector>
 
