@@ -78,12 +78,19 @@ def solve(gaps):
     return drag.solve(points[anchors], weights=weights).vertices
 solve(10), solve(60)
 virtual = 4096 * int(open("/proc/self/statm").read().split()[0])
-for room in range(10, 60, 10):
-    resource.setrlimit(resource.RLIMIT_AS, (virtual + (room << 20), resource.RLIM_INFINITY))
+for columns in (1, 20, 60, 120):
+    resource.setrlimit(resource.RLIMIT_AS, (virtual, resource.RLIM_INFINITY))
+    filling = []
+    try:
+        while True:
+            filling.append(np.ones(len(points), np.float32))
+    except MemoryError:
+        del filling[-columns:]
     try:
         solve(250)
     except (MemoryError, meanvalue.SolverFailure):
         print("refused")
+    del filling
     resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     assert np.abs(solve(60) - points).max() < 1e-6
 print("went on")
