@@ -97,6 +97,7 @@ std::vector<Quaternion> LocalCells::rotations_against(const std::vector<Position
 std::size_t LocalCells::central_shape(const std::vector<PositionsView>& shapes,
                                       const std::vector<Quaternion>& rotations, const Execution& execution) const {
     std::vector<std::pair<double, double>> merits;  // agreement and size
+    merits.reserve(count_);
     for (const PositionsView& shape : shapes)
         merits.emplace_back(0.0, squared_edges(rings_, shape).sum());
     for (std::size_t a = 0; a < count_; ++a) {
