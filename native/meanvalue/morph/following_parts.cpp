@@ -7,10 +7,12 @@
 namespace meanvalue {
 namespace {
 
+// Parts that are smaller than this share of the largest one may follow. At 1 rounding decides between equal parts.
+constexpr double kSmall = 0.5;
 // A part follows where being carried from shape to shape misses it by no more than this share of how far it goes.
 constexpr double kMisses = 0.5;
 
-/// Parts that are smaller than the largest one in every shape: they may follow.
+/// Parts that are small in every shape.
 std::vector<char> small_parts(const std::vector<PositionsView>& shapes, const Components& components,
                               const Execution& execution) {
     std::vector<char> is_small(components.parts.size(), 1);
@@ -23,7 +25,7 @@ std::vector<char> small_parts(const std::vector<PositionsView>& shapes, const Co
         for (const Eigen::AlignedBox3d& box : boxes)
             largest = std::max(largest, box.diagonal().norm());
         for (std::size_t part = 0; part < boxes.size(); ++part)
-            is_small[part] &= boxes[part].diagonal().norm() < largest ? 1 : 0;
+            is_small[part] &= boxes[part].diagonal().norm() < kSmall * largest ? 1 : 0;
     }
     return is_small;
 }

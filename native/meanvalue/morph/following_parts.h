@@ -19,11 +19,11 @@ class FollowingParts {
     /// No part follows.
     FollowingParts() = default;
 
-    /// Parts follow that are smaller than the largest one and not anchored, if they go from each shape to the next as
-    /// the surface carries them.
+    /// Parts follow that are much smaller than the largest one and not anchored, if they go from each shape to the
+    /// next as the surface carries them.
     /// @param shapes n x 3 each; @param components with the anchors of each part. The same bits for any `threads`.
     /// @throws Cancelled.
-    /// Cost: n log n for each shape where there are several parts; else linear.
+    /// Cost: n log n for each shape where there are small parts; else linear.
     FollowingParts(const std::vector<PositionsView>& shapes, const TrianglesView& faces, Components components,
                    int threads, const Execution& execution);
 
