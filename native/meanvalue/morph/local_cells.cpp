@@ -161,10 +161,7 @@ std::vector<double> LocalCells::common_sizes(const std::vector<double>& weights)
 }
 
 Quaternion LocalCells::mean_rotation(const std::vector<double>& weights) const {
-    Matrix3 sum_of_all = Matrix3::Zero();
-    for (const Quaternion& whole : shape_rotations_)
-        sum_of_all += whole.toRotationMatrix();
-    const Quaternion middle(closest_rotation(sum_of_all));
+    const Quaternion middle = nearest_to_all(shape_rotations_);
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < count_; ++k)
         sum += weights[k] * rotation_vector(shape_rotations_[k] * middle.conjugate());

@@ -30,10 +30,7 @@ void take_out_shape_rotations(std::vector<Quaternion>& rotations, std::vector<Qu
     const std::size_t count = shape_rotations.size();
     for (std::size_t k = 0; k < count; ++k) {
         execution.check();
-        Matrix3 sum = Matrix3::Zero();
-        for (std::size_t v = k; v < rotations.size(); v += count)
-            sum += rotations[v].toRotationMatrix();
-        const Quaternion mean(closest_rotation(sum));
+        const Quaternion mean = nearest_to_all(rotations, k, count);
         shape_rotations[k] = shape_rotations[k] * mean;
         for (std::size_t v = k; v < rotations.size(); v += count)
             rotations[v] = mean.conjugate() * rotations[v];

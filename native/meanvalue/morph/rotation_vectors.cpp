@@ -4,6 +4,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/tolerances.h"
+#include "meanvalue/linalg/closest_rotation.h"
 
 namespace meanvalue {
 namespace {
@@ -45,6 +46,13 @@ Quaternion half_way(const Quaternion& own, const Quaternion& other) {
     relative.vec() *= cosine;
     relative.w() = 1.0 + cosine * cosine;
     return relative.normalized();
+}
+
+Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t first, std::size_t stride) {
+    Matrix3 sum = Matrix3::Zero();
+    for (std::size_t k = first; k < rotations.size(); k += stride)
+        sum += rotations[k].toRotationMatrix();
+    return Quaternion(closest_rotation(sum));
 }
 
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,

@@ -20,6 +20,9 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector
 /// cell's own, so that it is smooth also where half-way is ambiguous.
 Quaternion half_way(const Quaternion& own, const Quaternion& other);
 
+/// The rotation nearest to every `stride`th of the rotations from `first` on (least squares of their matrices).
+Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t first = 0, std::size_t stride = 1);
+
 /// The rotation by the average of `count` vectors. @param frames a rotation for each, which comes after it; or none.
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                             std::size_t count);
