@@ -149,13 +149,16 @@ def run(model, setup, threads):
 
 
 def core_rows(model, setup):
-    """For each of TIMES: what is serial of it, and how many times as fast it would be on CORES."""
+    """For each of TIMES: what is serial of it, and how many times as fast it would be on CORES; none if a run fails."""
     runs = {1: [], 2: []}
     for _ in range(3):
         for threads, rows in runs.items():
-            rows.append(run(model, setup, threads))
+            row = run(model, setup, threads)
+            if row is None:
+                return
+            rows.append(row)
     for name in TIMES:
-        one, two = (min(row[name] for row in rows if row) for rows in runs.values())
+        one, two = (min(row[name] for row in rows) for rows in runs.values())
         serial = min(max(2 * two / one - 1, 0.0), 1.0)
         faster = [1 / (serial + (1 - serial) / cores) for cores in CORES]
         yield [model.name, len(model.vertices), setup, name, one, serial, *faster]
