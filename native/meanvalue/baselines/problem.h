@@ -32,7 +32,7 @@ struct Setup {
     std::vector<char> is_fixed;  ///< n: what is not solved for; parts without a fixed point included
     Unknowns unknowns;           ///< with the one-rings as rows
     Positions carried;           ///< n x 3: each part moved by the similarity that fits its fixed vertices best
-                                 ///< (solver/similarity.h)
+                                 ///< (linalg/procrustes.h)
     Positions start;             ///< n x 3: `carried`, but what is not solved for exactly where it belongs
 };
 
