@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 #include "meanvalue/optimise/elimination_order.h"
@@ -36,44 +37,48 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
     problem_.handles = std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
-    std::vector<double> rigidities = {rigidity};
-    if (kStiff > rigidity) rigidities.insert(rigidities.begin(), kStiff);
+    std::vector<double> from_stiff = {rigidity};
+    if (kStiff > rigidity) from_stiff.insert(from_stiff.begin(), kStiff);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
     RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
-    coarsen(handles, std::move(is_soft), shape, static_cast<double>(unknowns.free.size()), execution);
+    const double unit = problem_.soft.empty() ? 0.0 : energy_unit(encoding_, unknowns, cells);
+    const auto free_count = static_cast<double>(unknowns.free.size());
+    const bool has_coarse_levels = free_count > 2.0 * kCoarse;
+    // Side by side: neither needs the other, and much of both is done by one thread.
+    Execution of_coarse_levels(&execution);
+    Timings coarse_timings;
     std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
-    {
-        const StageTimer timer(bind_timings_, "coarse level");
+    std::unique_ptr<FastLevel> whole;
+    const auto bind_coarse_levels = [&] {
+        coarsen(handles, std::move(is_soft), shape, free_count, coarse_timings, of_coarse_levels);
+        const StageTimer timer(coarse_timings, "coarse level");
         for (auto level = problem_.hierarchy.levels.rbegin(); level != problem_.hierarchy.levels.rend(); ++level) {
-            RestCells coarse_cells = rest_cells(level->encoding, region_.positions, threads_, execution);
-            std::vector<char> is_fixed = region_.is_fixed;
-            for (std::size_t k = 0; k < level->removed_count; ++k)
-                is_fixed[problem_.hierarchy.order[k]] = 1;
-            Unknowns remaining = find_unknowns(level->encoding, is_fixed);
-            std::vector<SoftAnchor> coarse_soft;
-            if (!problem_.soft.empty()) {
-                const double scale =
-                    energy_unit(level->encoding, remaining, coarse_cells) / energy_unit(encoding_, unknowns, cells);
-                coarse_soft =
-                    coarse_soft_anchors(problem_.soft, problem_.hierarchy, *level, region_.is_fixed.size(), scale);
-            }
-            coarse.push_back(make_level(level->encoding, std::move(coarse_cells), std::move(remaining),
-                                        std::move(coarse_soft), rigidities, execution));
-            rigidities = {rigidity};
+            coarse.push_back(make_coarse_level(*level, unit, from_stiff, of_coarse_levels));
+            from_stiff = {rigidity};
         }
+    };
+    const auto bind_whole = [&] {
+        const StageTimer timer(bind_timings_, "factor");
+        execution.begin_stage("factor");
+        whole = make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
+                           has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, execution);
+    };
+    if (has_coarse_levels) {
+        parallel_items(2, threads_, execution, [&](int, std::size_t item) {
+            item == 0 ? bind_coarse_levels() : bind_whole();
+        });
+        bind_timings_.merge(coarse_timings);
+    } else {
+        bind_whole();
     }
-    const StageTimer timer(bind_timings_, "factor");
-    execution.begin_stage("factor");
-    coarse.push_back(
-        make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft, rigidities, execution));
+    problem_.levels.push_back(std::move(whole));
     for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
         problem_.levels.push_back(std::move(*level));
 }
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                          double free_count, Execution& execution) {
-    if (free_count <= 2.0 * kCoarse) return;
-    const StageTimer timer(bind_timings_, "hierarchy");
+                          double free_count, Timings& timings, Execution& execution) {
+    const StageTimer timer(timings, "hierarchy");
     CoarseningOptions options;
     if (kMiddleShare * free_count > 4.0 * kCoarse)
         options.level_sizes.push_back(static_cast<Index>(kMiddleShare * free_count));
@@ -85,6 +90,22 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
     options.is_soft = std::move(is_soft);
     problem_.hierarchy = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
                                          execution, shape.earlier_removals.get(), &removals_);
+}
+
+std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, double whole_unit,
+                                                          const std::vector<double>& rigidities,
+                                                          Execution& execution) const {
+    RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
+    std::vector<char> is_fixed = region_.is_fixed;
+    for (std::size_t k = 0; k < level.removed_count; ++k)
+        is_fixed[problem_.hierarchy.order[k]] = 1;
+    Unknowns remaining = find_unknowns(level.encoding, is_fixed);
+    std::vector<SoftAnchor> soft;
+    if (!problem_.soft.empty()) {
+        const double scale = energy_unit(level.encoding, remaining, cells) / whole_unit;
+        soft = coarse_soft_anchors(problem_.soft, problem_.hierarchy, level, region_.is_fixed.size(), scale);
+    }
+    return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, execution);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,

@@ -31,7 +31,10 @@ class FastDecoder : public Decoder {
   private:
     /// Fills the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                 double free_count, Execution& execution);
+                 double free_count, Timings& timings, Execution& execution);
+    /// @param whole_unit energy_unit() of the whole mesh. @pre coarsen().
+    std::unique_ptr<FastLevel> make_coarse_level(const Level& level, double whole_unit,
+                                                 const std::vector<double>& rigidities, Execution& execution) const;
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
                                           Execution& execution) const;
