@@ -97,7 +97,7 @@ class BindSummary:
             unheld_part_count=sum(
                 1 for part, carrier in parts if part.free_count and part.undetermined and carrier < 0
             ),
-            seconds=float(sum(report.timings.values())),
+            seconds=float(report.timings["total"]),
             following_part_count=sum(1 for _part, carrier in parts if carrier >= 0),
         )
 

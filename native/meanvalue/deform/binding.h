@@ -85,7 +85,7 @@ struct BindReport {
     std::vector<Component> components;  ///< the parts of the mesh and what their fixed vertices leave open
     std::vector<Index> carriers;        ///< of each of these: the one that carries it along (LooseParts), or -1
     std::vector<Index> part_of;         ///< n: the part of each vertex, of `components`
-    Timings timings;                    ///< seconds by stage
+    Timings timings;                    ///< seconds by stage, of which some overlap, and "total"
     std::size_t bytes = 0;              ///< held by what was bound and a workspace, estimated
 };
 

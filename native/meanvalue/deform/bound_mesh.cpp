@@ -6,6 +6,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/physical_memory.h"
+#include "meanvalue/common/stage_timer.h"
 #include "meanvalue/decode/fast/fast_decoder.h"
 #include "meanvalue/decode/full_decoder.h"
 #include "meanvalue/decode/paper_decoder.h"
@@ -88,6 +89,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
       loose_(binding.loose),
       threads_(thread_count(binding.threads)),
       anchors_(binding.anchors) {
+    const StageTimer timer(report_.timings, "total");
     pin_eigen_cache_sizes();
     if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_))) {
         throw InvalidInput(
@@ -125,7 +127,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
     decoder_ = make_decoder(binding, is_soft, shape, std::move(is_fixed_there),
                             is_same_shape ? earlier->decoder().removals() : nullptr, threads_, execution);
-    if (!is_same_shape) report_.timings = shape->timings;
+    if (!is_same_shape) report_.timings.insert(shape->timings.begin(), shape->timings.end());
     fill_report(std::move(components));
 }
 

@@ -64,9 +64,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
                            has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, execution);
     };
     if (has_coarse_levels) {
-        parallel_items(2, threads_, execution, [&](int, std::size_t item) {
-            item == 0 ? bind_coarse_levels() : bind_whole();
-        });
+        parallel_items(2, threads_, execution,
+                       [&](int, std::size_t item) { item == 0 ? bind_coarse_levels() : bind_whole(); });
         bind_timings_.merge(coarse_timings);
     } else {
         bind_whole();
