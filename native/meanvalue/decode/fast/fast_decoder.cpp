@@ -44,7 +44,7 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     const double unit = problem_.soft.empty() ? 0.0 : energy_unit(encoding_, unknowns, cells);
     const auto free_count = static_cast<double>(unknowns.free.size());
     const bool has_coarse_levels = free_count > 2.0 * kCoarse;
-    // Side by side: neither needs the other, and much of both is done by one thread.
+    // Side by side: neither needs the other. The hierarchy is found by one thread, and the rest of it is little.
     Execution of_coarse_levels(&execution);
     Timings coarse_timings;
     std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
@@ -61,7 +61,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         const StageTimer timer(bind_timings_, "factor");
         execution.begin_stage("factor");
         whole = make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
-                           has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, execution);
+                           has_coarse_levels ? std::vector<double>{rigidity} : from_stiff,
+                           has_coarse_levels ? std::max(1, threads_ - 1) : threads_, execution);
     };
     if (has_coarse_levels) {
         parallel_items(2, threads_, execution,
@@ -87,14 +88,14 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
     options.thin_out_fixed = true;
     options.handles = handles;
     options.is_soft = std::move(is_soft);
-    problem_.hierarchy = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_,
-                                         execution, shape.earlier_removals.get(), &removals_);
+    problem_.hierarchy = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, 1, execution,
+                                         shape.earlier_removals.get(), &removals_);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, double whole_unit,
                                                           const std::vector<double>& rigidities,
                                                           Execution& execution) const {
-    RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
+    RestCells cells = rest_cells(level.encoding, region_.positions, 1, execution);
     std::vector<char> is_fixed = region_.is_fixed;
     for (std::size_t k = 0; k < level.removed_count; ++k)
         is_fixed[problem_.hierarchy.order[k]] = 1;
@@ -104,12 +105,13 @@ std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, do
         const double scale = energy_unit(level.encoding, remaining, cells) / whole_unit;
         soft = coarse_soft_anchors(problem_.soft, problem_.hierarchy, level, region_.is_fixed.size(), scale);
     }
-    return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, execution);
+    return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, 1,
+                      execution);
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
                                                    std::vector<SoftAnchor> soft,
-                                                   const std::vector<double>& rigidities,
+                                                   const std::vector<double>& rigidities, int threads,
                                                    Execution& execution) const {
     const bool is_whole = &encoding == &encoding_;
     auto level = std::make_unique<FastLevel>();
@@ -118,16 +120,16 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Res
         level->examples =
             is_whole ? std::shared_ptr<const ExampleSpace>(shape_, &shape_->examples->whole)
                      : std::make_shared<const ExampleSpace>(encoding, shape_->examples->functions, region_.positions,
-                                                            shape_->examples->shapes, threads_, execution);
+                                                            shape_->examples->shapes, threads, execution);
     }
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,
-        instructions_, SoftConstraints(std::move(soft), level->unknowns), threads_);
+        instructions_, SoftConstraints(std::move(soft), level->unknowns), threads);
     cells = {};  // they are large, and what follows takes the most memory
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {
-        InitialHessian initial = level->energy->initial_hessian(rigidity, threads_, execution);
+        InitialHessian initial = level->energy->initial_hessian(rigidity, threads, execution);
         SparseMatrix& hessian = initial.matrix;
         // Positive definite also where anchors leave something open. A share of each entry, not of the mean, which a
         // single small star of triangles may raise far above all others.
@@ -141,12 +143,12 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Res
         if (level->stages.empty()) {
             stage.factor = SupernodalFactor(instructions_);
             stage.factor.analyse(
-                hessian, execution, threads_,
+                hessian, execution, threads,
                 is_whole ? numbers_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
         } else {
             stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }
-        if (!stage.factor.factorise(std::move(hessian), execution, threads_)) {
+        if (!stage.factor.factorise(std::move(hessian), execution, threads)) {
             throw SolverFailure(message("the system of ", level->unknowns.free.size(), " free vertices is singular"));
         }
         level->stages.push_back(std::move(stage));

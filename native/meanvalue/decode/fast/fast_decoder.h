@@ -37,7 +37,7 @@ class FastDecoder : public Decoder {
                                                  const std::vector<double>& rigidities, Execution& execution) const;
     std::unique_ptr<FastLevel> make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
                                           std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
-                                          Execution& execution) const;
+                                          int threads, Execution& execution) const;
 
     FastProblem problem_;
 };
