@@ -10,6 +10,9 @@ import numpy as np
 BLEND = 0.04  # how far from each other two bones' surfaces melt
 MARGIN = 0.15  # beyond it a bone counts for nothing
 TINY = 1e-30
+BLOCK, BLOCKS = 8, 200  # cells of the grid along a block's side; blocks looked at together
+STEEPEST = 1.05  # the field's gradient, at most
+LEFT_OUT = 0.01  # what bones beyond their margins would change of the field, at most
 RELAXATIONS = 12
 GRIDS = 30
 # Bones: the two ends with their radii. x is forwards, z up; those with y beside 0 are there on both sides.
@@ -47,9 +50,10 @@ def creature(vertex_count):
         spacing *= 0.998  # some cell has two pieces of the surface and one vertex for both: another grid
     else:
         raise RuntimeError(f"no grid gives a manifold of about {vertex_count} vertices")
-    vertices = relaxed(vertices, triangles, bones)
-    _, slope = field(bones, vertices)
-    return vertices + (bumps(vertices) / np.linalg.norm(slope, axis=1))[:, None] * slope, triangles
+    points = relaxed(np.ascontiguousarray(vertices.T), triangles, bones)
+    _, slopes = field(bones, points)
+    points += bumps(points) / np.linalg.norm(slopes, axis=0) * slopes
+    return np.ascontiguousarray(points.T), triangles
 
 
 def is_ball(vertices, triangles):
@@ -71,73 +75,107 @@ def both_sides():
 
 
 def field(bones, points):
-    """(p,) about the distance to the surface of the melted bones, negative inside; and its gradients (p, 3)."""
-    total, slopes = np.full(len(points), TINY), np.zeros((len(points), 3))
+    """(p,) about the distance of points (3, p) to the surface of the melted bones, negative inside; its gradients."""
+    total, slopes = np.full(points.shape[1], TINY), np.zeros_like(points)
     for bone in bones:
-        distance, slope = distance_to(bone, points)
-        weight = np.exp(np.clip(-distance / BLEND, -60, 60))
+        distance, away, inner = distance_to(bone, points)
+        along = bone[3:6] - bone[:3]
+        weight = weight_at(distance)
         total += weight
-        slopes += weight[:, None] * slope
-    return -BLEND * np.log(total), slopes / total[:, None]
+        for k in range(3):
+            slopes[k] += weight * (away[k] - inner * (bone[7] - bone[6]) * (along[k] / (along @ along)))
+    return -BLEND * np.log(total), slopes / total
 
 
 def distance_to(bone, points):
-    """(p,) from points (p, 3) to a bone's surface, and its gradients (p, 3)."""
-    start, along, widening = bone[:3], bone[3:6] - bone[:3], bone[7] - bone[6]
-    share = (points - start) @ along / (along @ along)
+    """(p,) from points (3, p) to a bone's surface; unit vectors (3, p) away from its axis; (p,) which are beside it."""
+    start, along = bone[:3], bone[3:6] - bone[:3]
+    x, y, z = (points[k] - start[k] for k in range(3))
+    share = (x * along[0] + y * along[1] + z * along[2]) / (along @ along)
     inner = (share > 0) & (share < 1)
     share = np.clip(share, 0, 1)
-    away = points - start - share[:, None] * along
-    length = np.maximum(np.sqrt(np.einsum("ij,ij->i", away, away)), 1e-12)
-    slope = away / length[:, None] - np.outer(inner * widening, along / (along @ along))
-    return length - bone[6] - share * widening, slope
+    x, y, z = x - share * along[0], y - share * along[1], z - share * along[2]
+    length = np.maximum(np.sqrt(squared_lengths(x, y, z)), 1e-12)
+    return length - bone[6] - share * (bone[7] - bone[6]), (x / length, y / length, z / length), inner
+
+
+def squared_lengths(x, y, z):
+    """(p,) of vectors with these components."""
+    return x * x + z * z + y * y
+
+
+def weight_at(distance):
+    """What a bone counts for at such distances."""
+    return np.exp(np.clip(-distance / BLEND, -60, 60))
 
 
 def surface_nets(bones, spacing):
     """The zero surface: a vertex in each cell of the grid that it crosses, a quad for each edge of the grid."""
-    axes, values = sampled(bones, spacing)
-    sums, counts = np.zeros((*values.shape, 3)), np.zeros(values.shape)
-    crossings = [edge_crossings(values, axis) for axis in range(3)]
-    for axis, (cells, shares, _) in enumerate(crossings):
-        points = np.stack([axes[k][cells[:, k]] for k in range(3)], axis=1)
-        points[:, axis] += shares * spacing
-        for around in cells_around(cells, axis):
-            np.add.at(sums, tuple(around.T), points)
-            np.add.at(counts, tuple(around.T), 1)
-    crossed = counts > 0
-    number = np.full(values.shape, -1)  # of each cell's vertex
-    number[crossed] = np.arange(crossed.sum())
-    vertices = sums[crossed] / counts[crossed][:, None]
+    axes, crossings = crossed_edges(bones, spacing)
+    sizes = [len(axis) for axis in axes]
+    points, cells = [], []
+    for axis, (edges, shares, _) in enumerate(crossings):
+        point = np.stack([axes[k][edges[:, k]] for k in range(3)])
+        point[axis] += shares * spacing
+        points += 4 * [point]
+        cells += [np.ravel_multi_index(around.T, sizes) for around in cells_around(edges, axis)]
+    _, number = np.unique(np.concatenate(cells), return_inverse=True)  # of each cell's vertex
+    sums = np.stack([np.bincount(number, row) for row in np.concatenate(points, axis=1)], axis=1)
+    vertices = sums / np.bincount(number)[:, None]
+    corners = np.split(number, np.cumsum([len(each) for each in cells])[:-1])
     quads = []
-    for axis, (cells, _, inside_first) in enumerate(crossings):
-        corners = np.stack([number[tuple(around.T)] for around in cells_around(cells, axis)], axis=1)
-        quads.append(np.where(inside_first[:, None], corners, corners[:, ::-1]))
+    for axis, (_, _, inside_first) in enumerate(crossings):
+        around = np.stack(corners[4 * axis : 4 * axis + 4], axis=1)
+        quads.append(np.where(inside_first[:, None], around, around[:, ::-1]))
     return vertices, split(vertices, np.concatenate(quads))
 
 
-def sampled(bones, spacing):
-    """The grid's coordinates along x, y, z, and the field at its points; a bone counts in its surroundings only."""
-    reach = bones[:, 6:].max(axis=1, keepdims=True) + MARGIN
-    low = np.minimum(bones[:, :3], bones[:, 3:6]) - reach
-    high = np.maximum(bones[:, :3], bones[:, 3:6]) + reach
+def crossed_edges(bones, spacing):
+    """The grid's coordinates along x, y, z; and for each axis the edges along it that the surface crosses.
+
+    These are their first points (e, 3) in the grid's order, the share of each before the surface, and whether it begins
+    inside. Only blocks of the grid that the surface can reach, by the field in their middle, are sampled.
+    """
+    low, high = surroundings(bones)
     first = low.min(axis=0) + spacing * np.array([0.25, 0.35, 0.45])  # no symmetric points exactly on it
-    axes = [np.arange(first[k], high[:, k].max(), spacing) for k in range(3)]
-    total = np.full([len(axis) for axis in axes], TINY)
-    for bone, bone_low, bone_high in zip(bones, low, high, strict=True):
-        box = tuple(slice(*np.searchsorted(axes[k], [bone_low[k], bone_high[k]])) for k in range(3))
-        points = np.stack(np.meshgrid(*(axes[k][box[k]] for k in range(3)), indexing="ij"), axis=-1)
-        distance, _ = distance_to(bone, points.reshape(-1, 3))
-        total[box] += np.exp(np.clip(-distance / BLEND, -60, 60)).reshape(points.shape[:3])
-    return axes, -BLEND * np.log(total)
+    axes = [np.arange(first[k], high[:, k].max() + (BLOCK + 1) * spacing, spacing) for k in range(3)]
+    starts = np.meshgrid(*(range(0, len(axis) - BLOCK, BLOCK) for axis in axes), indexing="ij")
+    starts = np.stack([each.ravel() for each in starts], axis=1)
+    middles = np.stack([axes[k][starts[:, k]] for k in range(3)]) + 0.5 * BLOCK * spacing
+    distance, _ = field(bones, middles)
+    starts = starts[np.abs(distance) < STEEPEST * 0.5 * 3**0.5 * BLOCK * spacing + LEFT_OUT]
+    found = [list(edges_in(starts[i : i + BLOCKS], bones, axes)) for i in range(0, len(starts), BLOCKS)]
+    crossings = []
+    for parts in zip(*found, strict=True):
+        edges, shares, inside_first = map(np.concatenate, zip(*parts, strict=True))
+        order = np.lexsort(edges.T[::-1])
+        crossings.append((edges[order], shares[order], inside_first[order]))
+    return axes, crossings
 
 
-def edge_crossings(values, axis):
-    """Edges of the grid along an axis that change sign: their first points (e, 3), the shares, which begin inside."""
-    before = np.take(values, range(values.shape[axis] - 1), axis)
-    after = np.take(values, range(1, values.shape[axis]), axis)
-    cells = np.argwhere((before < 0) != (after < 0))
-    at = tuple(cells.T)
-    return cells, before[at] / (before[at] - after[at]), before[at] < 0
+def surroundings(bones):
+    """The boxes (b, 3), (b, 3) in which each bone counts."""
+    reach = bones[:, 6:].max(axis=1, keepdims=True) + MARGIN
+    return np.minimum(bones[:, :3], bones[:, 3:6]) - reach, np.maximum(bones[:, :3], bones[:, 3:6]) + reach
+
+
+def edges_in(starts, bones, axes):
+    """The same of the blocks with these first points (b, 3), in their order; a bone counts in its surroundings only."""
+    across = np.arange(BLOCK + 1)
+    x, y, z = (axes[k][starts[:, [k]] + across] for k in range(3))
+    grids = np.broadcast_arrays(x[:, :, None, None], y[:, None, :, None], z[:, None, None, :])
+    points = np.stack([grid.ravel() for grid in grids])
+    total = np.full(points.shape[1], TINY)
+    for bone, low, high in zip(bones, *surroundings(bones), strict=True):
+        near = ((points >= low[:, None]) & (points < high[:, None])).all(axis=0)
+        total[near] += weight_at(distance_to(bone, points[:, near])[0])
+    values = (-BLEND * np.log(total)).reshape(grids[0].shape)
+    before = values[:, :-1, :-1, :-1]
+    for axis in range(3):
+        after = np.roll(values, -1, axis + 1)[:, :-1, :-1, :-1]
+        block, *steps = found = np.nonzero((before < 0) != (after < 0))
+        edges = starts[block] + np.stack(steps, axis=1)
+        yield edges, before[found] / (before[found] - after[found]), before[found] < 0
 
 
 def cells_around(cells, axis):
@@ -155,20 +193,20 @@ def split(vertices, quads):
     return np.stack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]], axis=1).reshape(-1, 3).astype(np.int32)
 
 
-def relaxed(vertices, triangles, bones):
-    """The vertices moved along the surface to the middle of their neighbours, and back onto it."""
+def relaxed(points, triangles, bones):
+    """Points (3, p) moved along the surface to the middle of their neighbours, and back onto it."""
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    count = np.bincount(pairs[:, 0], minlength=len(vertices))[:, None]
+    count = np.bincount(pairs[:, 0], minlength=points.shape[1])
     for _ in range(RELAXATIONS):
-        sums = np.stack([np.bincount(pairs[:, 0], vertices[pairs[:, 1], k], len(vertices)) for k in range(3)], axis=1)
-        vertices = vertices + 0.5 * (sums / count - vertices)
-        height, slope = field(bones, vertices)
-        vertices = vertices - (height / np.maximum(np.einsum("ij,ij->i", slope, slope), 0.1))[:, None] * slope
-    return vertices
+        sums = np.stack([np.bincount(pairs[:, 0], each[pairs[:, 1]], len(each)) for each in points])
+        points = points + 0.5 * (sums / count - points)
+        height, slopes = field(bones, points)
+        points -= height / np.maximum(squared_lengths(*slopes), 0.1) * slopes
+    return points
 
 
-def bumps(vertices):
-    """(n,) heights: scales of two sizes."""
-    x, y, z = vertices.T
+def bumps(points):
+    """(p,) heights: scales of two sizes."""
+    x, y, z = points
     coarse = 0.012 * np.sin(14 * x + 1) * np.sin(13 * y + 2) * np.sin(15 * z)
     return coarse + 0.004 * np.sin(41 * x) * np.sin(38 * y + 1) * np.sin(43 * z + 2)
