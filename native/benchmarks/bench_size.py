@@ -6,8 +6,10 @@ The real model is subdivided, so its sizes are a fourth of each other. Every cas
 
     first   the first solve, from rest
     frame   median of FRAMES solves of a drag
-    draft   what the add-on shows while a frame is solved (decision 30): median; and how far from the answer, rms
-    settle  the last frame again, to the end of its valley; and how far that leads, rms
+    draft   what the add-on shows while a frame is solved (decision 30): median; how far from the answer, rms; and how
+            many of its triangles point against the answer's, which are not flipped there
+    settle  the last frame again, to the end of its valley, and how far that leads, rms; the last draft is held against
+            this answer too
     peak    most memory that bind took, without the mesh as it is given
 
 --cores tells instead what more cores would give, by Amdahl's law: the serial share of each stage from the fastest of
@@ -43,7 +45,7 @@ FRAMES = 12
 STAGES = ("encode", "order", "hierarchy", "coarse level", "factor")
 COLUMNS = [
     "model", "vertices", "anchors", "bind s", "CPU s", *STAGES, "first s", "frame ms", "draft ms", "draft off",
-    "settle s", "settle off", "peak MB", "bytes a vertex",
+    "draft flips", "settle s", "settle off", "peak MB", "bytes a vertex",
 ]  # fmt: skip
 TIMES = ("bind s", *STAGES, "first s", "frame ms", "settle s")
 CORES = (2, 8, 16, 32)
@@ -104,22 +106,31 @@ def measure(folder, threads):
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     row = {"bind s": bind, "CPU s": cpu, **{stage: report.timings.get(stage, 0.0) for stage in STAGES}}
     drag, prediction = deformer.drag(), Prediction(job.diagonal)
-    seconds, draft_seconds, off = [], [], []
+    seconds, draft_seconds, off, turned = [], [], [], []
+
+    def judge(draft, answer):
+        if draft is not None:
+            off.append(rms(draft - answer) / job.diagonal)
+            turned.append(turned_triangles(draft, answer, job))
+
     for targets in frames[drag_cases.FRAMES_FROM :]:
         began = time.perf_counter()
         draft = prediction.at(targets) if prediction.is_ready else None
+        if draft is not None:
+            draft[job.anchors] = targets  # as the add-on shows it
         draft_seconds.append(time.perf_counter() - began)
         solution = drag.solve(targets)
         seconds.append(solution.timings["total"])
         shape = solution.vertices.astype(np.float32)
-        if draft is not None:
-            off.append(rms(draft - shape) / job.diagonal)
+        judge(draft, shape)
         prediction.note(targets, shape)
     settled = drag.solve(targets, settle=True)
+    judge(draft, settled.vertices)
     return {
         **row, "first s": seconds[0], "frame ms": 1e3 * statistics.median(seconds[1:]),
         "draft ms": 1e3 * statistics.median(draft_seconds[2:]), "draft off": max(off, default=float("nan")),
-        "settle s": settled.timings["total"], "settle off": rms(settled.vertices - shape) / job.diagonal,
+        "draft flips": max(turned, default=0), "settle s": settled.timings["total"],
+        "settle off": rms(settled.vertices - shape) / job.diagonal,
         "peak MB": peak / 1e6, "bytes a vertex": round(report.bytes / len(job.vertices)),
     }  # fmt: skip
 
@@ -133,6 +144,15 @@ def memory(name):
 def rms(differences):
     """Of n x 3 differences between two shapes."""
     return float(np.sqrt(np.mean(np.square(differences).sum(axis=1))))
+
+
+def turned_triangles(draft, answer, job):
+    """How many of a draft point against the answer's, without those that are flipped in the answer."""
+    normals = [shape_metrics.unit_normals(shape, job.faces) for shape in (draft, answer)]
+    turned = np.einsum("ij,ij->i", *normals) < 0
+    if turned.any():
+        turned &= ~shape_metrics.flipped_mask(answer, job.vertices, job.faces)
+    return int(turned.sum())
 
 
 def run(model, setup, threads):
@@ -181,6 +201,7 @@ def goal_lines(rows):
     for row in rows:
         name = f"{row['model']}, {row['anchors']}, {row['vertices']:,} vertices"
         yield goal(f"{name}: draft {row['draft off']:.1e} off", row["draft off"], MOST_OFF)
+        yield goal(f"{name}: {row['draft flips']} triangles of a draft turned over", row["draft flips"], 0)
         for size, most in MOST_DRAFT_MS.items():
             if 0.7 < row["vertices"] / size < 1.4:
                 yield goal(f"{name}: draft {row['draft ms']:.1f} ms", row["draft ms"], most)
