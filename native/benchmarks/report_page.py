@@ -92,8 +92,8 @@ SECTIONS = (
         "size",
         "By size",
         "A creature and a subdivided model, whole but for six patches or nine single vertices, dragged. *Draft*: what "
-        "the add-on shows meanwhile, and its rms distance from the answer; *settle*: the last frame to the end of its "
-        "valley. In diagonals.",
+        "the add-on shows meanwhile, its rms distance from the answer, and how many of its triangles alone are turned "
+        "over; *settle*: the last frame to the end of its valley. In diagonals.",
         frozenset({"encode", "order", "hierarchy", "coarse level", "factor"}),
     ),
     Section(
