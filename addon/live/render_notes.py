@@ -8,6 +8,7 @@ told by the console at once, and by the panel and a popup as soon as Blender cal
 import numpy as np
 
 from .. import wording
+from ..scene import views
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
 _notes = {}  # identity of an object: what is to be told
@@ -54,4 +55,4 @@ def forget():
 def _tell(identity, note):
     _notes[identity] = note
     untold.append(note)
-    print("Mean-Value:", wording.sentence(note))
+    views.say(wording.sentence(note))

@@ -66,6 +66,6 @@ def _tell(obj, names):
         f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now."
         " The mesh goes on showing its pose. To pose by a key again, choose it and press Solve from Shape Key"
     )
-    print("Mean-Value:", text)
+    views.say(text)
     if not bpy.app.background:
         bpy.app.timers.register(lambda: views.pop_up("Mean-Value", text), first_interval=0.1)

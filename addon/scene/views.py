@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What 3D Views show: has Blender draw when it has no reason of its own to."""
+"""What 3D Views and the console show: has Blender draw when it has no reason of its own to."""
 
+import sys
 import textwrap
 
 import bpy
@@ -53,6 +54,12 @@ def is_visible(obj, space):
     depsgraph = bpy.context.view_layer.depsgraph
     evaluated = obj if depsgraph is None else obj.evaluated_get(depsgraph)
     return obj.visible_get(viewport=space) and evaluated.visible_in_viewport_get(space)
+
+
+def say(text):
+    """To the console, in the letters that it has: Windows' own has few, and printing others is an error."""
+    encoding = sys.stdout.encoding or "utf-8"
+    print("Mean-Value:", text.encode(encoding, "backslashreplace").decode(encoding))
 
 
 def pop_up(title, text):

@@ -38,12 +38,17 @@ def test_names_that_every_system_takes(name, expected):
     [
         ("C:\\scenes\\cache\\tube.pc2", None),
         ("\\\\server\\share\\tube.pc2", None),
+        ("\\\\server\\share\\scenes/cache/tube.pc2", None),
+        ("\\\\server\\share\\nul\\tube.pc2", "'nul'"),
+        ("\\\\?\\C:\\scenes\\tube.pc2", None),
         ("C:/scenes/../cache/tube.pc2", None),
         ("C:\\scenes\\CON.pc2", "'CON.pc2'"),
         ("C:\\aux\\tube.pc2", "'aux'"),
         ("C:\\scenes.\\tube.pc2", "'scenes.'"),
         ("C:\\tube:2.pc2", "'tube:2.pc2'"),
         ("C:\\" + 300 * "x" + ".pc2", "307"),
+        ("C:\\" + 96 * "x\\" + "tube", None),
+        ("C:\\" + 97 * "x\\" + "tube", "it has 201"),
     ],
 )
 def test_paths_that_windows_refuses(path, problem):

@@ -55,6 +55,12 @@ def test_times_in_csv(text, times, rate):
     assert read.rate_hz == rate
 
 
+def test_line_ends_of_windows():
+    read = value_files.parse_csv(LIVE_LINK.replace(b"\n", b"\r\n"), "take.csv")
+    assert read.names == ("EyeBlinkLeft", "JawOpen", "HeadYaw")
+    assert np.array_equal(read.values, value_files.parse_csv(LIVE_LINK, "take.csv").values, equal_nan=True)
+
+
 def test_decimal_commas_and_quotes():
     assert csv('time;"jaw; open";b\n0;0,25;1\n').values.tolist() == [[0.25, 1.0]]
 

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Bake refuses, with the scene and all files as they were; odd objects and names."""
 
+import os
 import pathlib
+import types
 
 import bpy
 import numpy as np
@@ -129,12 +131,45 @@ def test_odd_names(tmp_path, name):
     assert np.array_equal(played(obj, [1, 8]), rows(path)[[0, 7]])
 
 
-def test_slashes_of_another_system(tmp_path):
+@pytest.mark.parametrize("path", ["//of_windows\\tube.pc2", "//..\\of_windows\\tube.pc2"])
+def test_slashes_of_another_system(tmp_path, path):
     obj, _control = animated_tube("Tube")
-    save(tmp_path)
-    bake(path="//of_windows\\tube.pc2")
-    assert (tmp_path / "of_windows" / "tube.pc2").exists()
-    assert np.array_equal(played(obj, [1, 8]), rows(tmp_path / "of_windows" / "tube.pc2")[[0, 7]])
+    beside = tmp_path / "scenes"
+    beside.mkdir()
+    save(beside)
+    bake(path=path)
+    made = (tmp_path if ".." in path else beside) / "of_windows" / "tube.pc2"
+    assert np.array_equal(played(obj, [1, 8]), rows(made)[[0, 7]])
+
+
+#: Of another system, or of a drive's own folder.
+NO_FULL_PATHS = {"nt": [r"\tube.pc2", "/tube.pc2"], "posix": [r"C:\a\tube.pc2", r"\\server\a\tube.pc2"]}
+
+
+@pytest.mark.parametrize("path", ["C:tube.pc2", *NO_FULL_PATHS[os.name]])
+def test_full_paths_of_another_system_are_refused(saved, path):
+    with steps.refused("no full path"):
+        bpy.ops.meanvalue.bake(path=path)
+
+
+@pytest.fixture
+def on_windows(part, monkeypatch):
+    monkeypatch.setattr(part("baking.bridge.preparing"), "os", types.SimpleNamespace(name="nt"))
+
+
+@pytest.mark.parametrize(("path", "text"), [("//CON.pc2", "'CON.pc2'"), (f"//{200 * 'x'}.pc2", "about 199 characters")])
+def test_paths_that_windows_refuses(saved, on_windows, path, text):
+    with steps.refused(text, "another path"):
+        bpy.ops.meanvalue.bake(path=path)
+
+
+def test_shape_keys_have_no_place_in_a_folder_that_is_too_deep_for_windows(tmp_path, on_windows):
+    animated_tube()
+    folder = tmp_path / ("d" * max(1, 190 - len(str(tmp_path))))
+    folder.mkdir()
+    save(folder)
+    with steps.refused("about 199 characters", "elsewhere"):
+        bpy.ops.meanvalue.bake(target='SHAPE_KEYS')
 
 
 def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):

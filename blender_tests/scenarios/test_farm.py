@@ -44,8 +44,8 @@ def command(tmp_path):
     return made
 
 
-def process(words):
-    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
+def process(words, **variables):
+    environment = {**os.environ, "PATH": "/usr/bin:/bin", **variables}
     return subprocess.run(words, capture_output=True, text=True, timeout=300, env=environment)
 
 
@@ -85,6 +85,14 @@ def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, comma
     for name in ("First", "Second"):
         assert (out / name / f"{name}.pc2").read_bytes() == baked_at_once(tmp_path, name), name
     assert list(out.rglob("*.tmp.*")) == []
+
+
+def test_names_that_the_console_has_no_letters_for(tmp_path, command):
+    blend = two_clips(tmp_path)
+    done = process(command(blend, "plan", "--out", tmp_path / "手"), PYTHONIOENCODING="cp1252")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "\\u624b/plan" in done.stdout
+    assert (tmp_path / "手" / "plan" / "plan.json").exists()
 
 
 def test_done_before_is_done(tmp_path, capfd):

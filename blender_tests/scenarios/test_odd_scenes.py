@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What artists do to a mesh with handles beside posing it, and what must not happen then."""
 
+import io
+import sys
+
 import bpy
 import numpy as np
 import pytest
@@ -131,3 +134,12 @@ def test_a_control_chosen_in_another_view_layer_makes_its_handle_the_active_one(
     settings.active_handle = 1 - top
     moved_in(bpy.context.view_layer, other)
     assert settings.active_handle == 1 - top, "the artist's to change"
+
+
+def test_a_name_that_the_console_has_no_letters_for(part, monkeypatch):
+    console = io.TextIOWrapper(io.BytesIO(), encoding="cp1252")
+    monkeypatch.setattr(sys, "stdout", console)
+    part("live.render_notes").begin([(1, "手")])
+    part("live.render_notes").forget()
+    console.flush()
+    assert rb"'\u624b' was still being solved" in console.buffer.getvalue()

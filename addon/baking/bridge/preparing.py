@@ -89,7 +89,9 @@ def paths(obj, options):
     """(as the modifier shows it, in full). For shape keys: where chunks are. @throws SceneError."""
     if options.target == TO_KEYS:
         folder = f"//{CACHE_FOLDER}" if bpy.data.filepath else bpy.app.tempdir
-        return "", pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
+        full = pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
+        _require_of_windows(full, "Save the file elsewhere")
+        return "", full
     shown = options.path.strip() or default_path(obj)
     if shown.startswith("//"):  # Blender's own modifier takes both slashes for one, on all systems
         shown = shown.replace("\\", "/")
@@ -101,8 +103,7 @@ def paths(obj, options):
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")
-    if os.name == "nt" and (problem := windows_problem(full)):
-        raise SceneError(f"'{shown}' cannot be written: {problem}. Choose another path")
+    _require_of_windows(full, "Choose another path")
     with whole_files.telling(full):  # of a name that is too long
         is_folder = full.is_dir()
     if is_folder or shown.endswith(("/", "\\")):
@@ -110,6 +111,11 @@ def paths(obj, options):
     if full.suffix.lower() != ".pc2":
         return f"{shown}.pc2", full.with_name(f"{full.name}.pc2")
     return shown, full
+
+
+def _require_of_windows(full, remedy):
+    if os.name == "nt" and (problem := windows_problem(full)):
+        raise SceneError(f"'{full}' cannot be written: {problem}. {remedy}")
 
 
 def blend_name():
