@@ -47,7 +47,7 @@ class Wine:
     wheel_tag = "win_amd64"
     #: Newer ones need a newer Wine.
     numpy = "numpy==1.26.4"
-    has_same_bits = True  # in portable mode
+    has_same_bits = True  # in portable mode, as Linux' own wheel
 
     @property
     def python(self):
@@ -70,7 +70,7 @@ class Qemu:
     platforms = tuple(f"manylinux_2_{minor}_aarch64" for minor in range(17, 37))
     wheel_tag = "manylinux_2_28_aarch64"
     numpy = "numpy==1.26.4"
-    has_same_bits = False  # another processor: docs/decisions/0015-instruction-sets.md
+    has_same_bits = True
 
     @property
     def python(self):
@@ -99,7 +99,7 @@ class Here:
     build: pathlib.Path
     platforms = ()
     numpy = "numpy"
-    has_same_bits = False
+    has_same_bits = False  # a wheel for Linux to compare with runs on Linux alone
 
     @property
     def wheel_tag(self):

@@ -70,13 +70,15 @@ void least_norm_weights(const ProjectedRing& ring, std::vector<double>& weights)
     const Vector3 axis_u = ring.normal.unitOrthogonal();
     const Vector3 axis_v = ring.normal.cross(axis_u);
     Eigen::Matrix<double, 3, Eigen::Dynamic> conditions(3, valence);
+    Vector3 sum = Vector3::Zero();
     for (Eigen::Index j = 0; j < valence; ++j) {
         const Vector3 scaled = ring.tangential[j] / ring.mean_radius;
         conditions.col(j) << 1.0, axis_u.dot(scaled), axis_v.dot(scaled);
+        sum += conditions.col(j);
     }
     const double uniform = 1.0 / static_cast<double>(valence);
     const Vector3 wanted(1.0, 0.0, 0.0);
-    const Vector3 missing = wanted - conditions.rowwise().sum() * uniform;
+    const Vector3 missing = wanted - sum * uniform;
     const auto solver = conditions.completeOrthogonalDecomposition();
     Eigen::VectorXd result = solver.solve(missing).array() + uniform;
     result += solver.solve(wanted - conditions * result);  // one refinement: reproduction to rounding

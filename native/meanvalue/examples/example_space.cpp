@@ -115,7 +115,7 @@ void ExampleSpace::factorise(const Execution& execution) {
             const Difference* const of = differences_of(half_edge);
             for (Index e = 0; e < count_; ++e)
                 edges.col(e) << of[e].edge[0], of[e].edge[1], of[e].edge[2];
-            of_vertex.noalias() += cell_weights_[half_edge] * edges.transpose() * edges;
+            of_vertex += cell_weights_[half_edge] * edges.transpose().lazyProduct(edges);
         }
         for (auto a = functions_.begin(v); a != functions_.end(v); ++a) {
             for (auto b = functions_.begin(v); b != functions_.end(v); ++b) {

@@ -64,7 +64,8 @@ class ExampleSpace {
     std::vector<float> softening_;         // n x e: differences
     std::vector<float> steep_weights_;     // |steep_weights| x e: differences
     std::vector<Index> sample_;            // the vertices that weights are fitted to
-    Eigen::LLT<Eigen::MatrixXd> factor_;   // of the normal matrix of all weights, (functions x e)^2
+    // Of the normal matrix of all weights, (functions x e)^2. By LLT its bits would be the processor's.
+    Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
 
 }  // namespace meanvalue

@@ -6,6 +6,8 @@
 #include <queue>
 #include <utility>
 
+#include "meanvalue/common/mean_row.h"
+
 namespace meanvalue {
 namespace {
 
@@ -51,7 +53,7 @@ std::vector<double> distances_from(Index source, const Encoding& layout, const P
 SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& positions,
                                    const Execution& execution) {
     const auto vertex_count = static_cast<std::size_t>(positions.rows());
-    const Eigen::RowVector3d centroid = positions.colwise().mean();
+    const Eigen::RowVector3d centroid = mean_row(positions).transpose();
     std::vector<double> nearest(vertex_count);
     for (std::size_t v = 0; v < vertex_count; ++v)
         nearest[v] = (positions.row(v) - centroid).norm();

@@ -50,9 +50,14 @@ void DiagonalDowndate::set(const SupernodalFactor& factor, const std::vector<Ind
         small.col(k) = -columns_.at(rows_[k])(rows_).cast<double>();
         small(k, k) += (1.0 + kSinglePrecision) / taken_amounts[k];
     }
-    // Where that has made it indefinite, the factor as it is serves: slower, and to the same minimum.
-    const Eigen::LLT<Eigen::MatrixXd> factored(small);
-    if (factored.info() == Eigen::Success) inverse_ = factored.solve(Eigen::MatrixXd::Identity(count, count));
+    // By columns and not by LLT: that is made of Eigen's products of matrices, which every processor sums otherwise.
+    // Where it has become indefinite, the factor as it is serves: slower, and to the same minimum.
+    const Eigen::LDLT<Eigen::MatrixXd> factored(small);
+    if (factored.info() == Eigen::Success && factored.isPositive()) {
+        inverse_.resize(count, count);
+        for (Eigen::Index k = 0; k < count; ++k)
+            inverse_.col(k) = factored.solve(Eigen::VectorXd::Unit(count, k));
+    }
     amounts_ = std::move(taken_amounts);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 
@@ -57,7 +58,7 @@ double mean_diagonal(const PositionsView& positions, int threads, const Executio
 Matrix3 principal_axes(const PositionsView& positions, const Execution& execution) {
     const auto count = static_cast<double>(positions.rows());
     if (positions.rows() == 0) return Matrix3::Identity();
-    const Eigen::RowVector3d centre = positions.colwise().mean();
+    const Eigen::RowVector3d centre = mean_row(positions).transpose();
     Matrix3 moments = Matrix3::Zero();
     execution.check();
     for (Eigen::Index v = 0; v < positions.rows(); ++v) {

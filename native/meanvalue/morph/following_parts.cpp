@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 
 namespace meanvalue {
@@ -64,7 +65,7 @@ std::vector<char> FollowingParts::parts_carried_along(const std::vector<Position
         const PositionsView& to = shapes[(from + 1) % shapes.size()];
         Positions positions = to;
         carried_by_[from].carry(shapes[from], positions.data(), threads, execution);
-        const Eigen::RowVector3d shift = to.colwise().mean() - shapes[from].colwise().mean();
+        const Eigen::RowVector3d shift = (mean_row(to) - mean_row(shapes[from])).transpose();
         for (Index v = 0; v < to.rows(); ++v) {
             const Index part = components.part_of[v];
             if (!may_follow[part]) continue;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/closest_rotation.h"
 
@@ -38,11 +39,11 @@ ShapeOverlay stack(const std::vector<PositionsView>& shapes, const LocalCells& c
     result.rotation = cells.mean_rotation(weights);
     Vector3 middle = Vector3::Zero();
     for (std::size_t k = 0; k < shapes.size(); ++k)
-        middle += weights[k] * Vector3(shapes[k].colwise().mean());
+        middle += weights[k] * mean_row(shapes[k]);
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         Similarity place;
         place.scale = result.sizes[k];
-        place.translation = middle - place.scale * Vector3(shapes[k].colwise().mean());
+        place.translation = middle - place.scale * mean_row(shapes[k]);
         result.places.push_back(place);
     }
     return result;

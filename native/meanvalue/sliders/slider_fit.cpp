@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/sliders/frame_fit.h"
 #include "meanvalue/sliders/slider_sequence.h"
@@ -85,7 +86,7 @@ SliderModel model_of(const SliderBinding& binding) {
 /// The basis without what a small rigid motion of the whole does as well.
 Eigen::MatrixXd seen_basis(const SliderModel& model) {
     if (!model.can_move) return model.basis;
-    const Vector3 centre = model.anchors.colwise().mean();
+    const Vector3 centre = mean_row(model.anchors);
     const Eigen::MatrixXd motions = rigid_motions(model.anchors, centre);
     return model.basis - motions * motions.colPivHouseholderQr().solve(model.basis);
 }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/disjoint_sets.h"
@@ -24,7 +25,7 @@ Similarity rigid_fit(const Positions& from, const Positions& to) {
     std::iota(all.begin(), all.end(), 0);
     Similarity fit = fit_similarity(from, to, all);
     fit.scale = 1.0;
-    fit.translation = to.colwise().mean().transpose() - fit.rotation * Vector3(from.colwise().mean().transpose());
+    fit.translation = mean_row(to) - fit.rotation * mean_row(from);
     return fit;
 }
 
@@ -98,7 +99,7 @@ HandlePaths::Path HandlePaths::path_to(const PositionsView& placed_at, const std
             const Positions to = path.ends_(placed, Eigen::all);
             const Similarity fit = rigid_fit(from, to);
             // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
-            const Vector3 middle = from.colwise().mean();
+            const Vector3 middle = mean_row(from);
             motion = screw_of(fit.rotation, fit.apply(middle) - middle);
             motion.centre += middle;
             const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
