@@ -21,7 +21,7 @@ PAGES["decisions"] = ROOT / "docs" / "decisions" / "README.md"
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_what_the_sources_say(name):
-    assert importlib.import_module(f"{name}_page").page() == PAGES[name].read_text(), ADVICE
+    assert importlib.import_module(f"{name}_page").page() == PAGES[name].read_text(encoding="utf-8"), ADVICE
 
 
 def test_python_page_has_every_function_with_text():

@@ -19,7 +19,6 @@ three runs with one thread and of three with two.
 import argparse
 import json
 import pathlib
-import resource
 import statistics
 import subprocess
 import sys
@@ -94,6 +93,8 @@ def subdivided(vertices, faces):
 
 def measure(folder, threads):
     """The figures of the job in a folder, by COLUMNS."""
+    import resource  # not on Windows, whose tests import this file
+
     job = jobs.read(folder)
     frames = [jobs.read_targets(folder, step, len(job.anchors)) for step in range(len(job.plan))]
     before, bytes_before = resource.getrusage(resource.RUSAGE_SELF), memory("VmRSS")

@@ -22,7 +22,7 @@ says so. `./dev docs reference` writes this list.
 def page():
     rows = []
     for path in sorted(FOLDER.glob("0*.md")):
-        number, title = re.match(r"# (\d+)\. (.*)", path.read_text()).groups()
+        number, title = re.match(r"# (\d+)\. (.*)", path.read_text(encoding="utf-8")).groups()
         rows.append(f"| {number} | [{title}]({path.name}) |\n")
     return HEAD + "".join(rows)
 
