@@ -1,3 +1,4 @@
+// The mean of positions, with the same bits wherever the result is kept.
 #pragma once
 
 #include "meanvalue/common/types.h"
