@@ -1,7 +1,8 @@
-// What every file of ours begins with where processors are no x86-64 ones (native/CMakeLists.txt).
+// Keeps Eigen from fusing products and sums: native/CMakeLists.txt includes it first in every file of ours, except on
+// x86-64.
 //
-// Eigen makes one rounding of a product and a sum where it is told that the processor can, whatever the compiler is
-// told. Clang's own header needs the word, so it is taken back after that.
+// Eigen fuses wherever __ARM_FEATURE_FMA is defined, even with -ffp-contract=off; the bits would not be those of
+// x86-64. Clang's arm_neon.h needs the macro itself, so that header comes first.
 #pragma once
 
 #if defined(__aarch64__)
