@@ -13,7 +13,6 @@ import numpy as np
 from ..errors import CancelledError, SceneError, SolverError
 from . import native_loader
 from .core import result
-from .core.prediction import Prediction
 
 # What is said of input that the native module refuses.
 REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and press Update"
@@ -140,21 +139,27 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
     return Binding(deformer, summary)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Drag:
-    """A row of solves, each from the answer of the one before: a native Drag, what it is of, and a Prediction."""
+    """A row of solves, each from the answer of the one before: a native Drag, what it is of, and what is shown of it.
+
+    answer      n x 3 float32: the last; where it began before that
+    drafted     the bridge.targets.Targets of which a draft is shown, or None
+    has_drafts  whether the last draft that was asked for was there
+    """
 
     binding: object
     bind_input: object
     native: object
-    prediction: Prediction
+    answer: object
+    drafted: object = None
+    has_drafts: bool = False
 
 
 def begin_drag(binding, bind_input, shape=None):
     """A Drag from n x 3 `shape`, an earlier result; from rest where there is none, or what it holds are no numbers."""
     start = shape.astype(np.float64) if shape is not None and np.isfinite(shape).all() else None
-    native = binding.deformer.drag(bind_input.solver_mesh.start(start))
-    return Drag(binding, bind_input, native, Prediction(bind_input.diagonal))
+    return Drag(binding, bind_input, binding.deformer.drag(bind_input.solver_mesh.start(start)), shape)
 
 
 def solve_steps(drag, goal, settle=False, execution=None):
@@ -176,6 +181,20 @@ def solve_steps(drag, goal, settle=False, execution=None):
     )
     positions = finite(solution.vertices, "Move the handles closer to the rest shape, or add pins")
     return mesh.cut_back(positions), solution
+
+
+def draft(drag, goal):
+    """What solve_steps() is going to give, at once: n x 3 float64, or None where too little is known of such a move.
+
+    goal: a bridge.targets.Targets in which all anchors count.
+    """
+    mesh = drag.bind_input.solver_mesh
+    try:
+        shape = call(drag.native.draft, _targets(mesh, goal.positions))
+    except SolverError:
+        shape = None  # the solve of the same targets says why
+    drag.has_drafts = shape is not None and bool(np.isfinite(shape).all())
+    return mesh.cut_back(shape) if drag.has_drafts else None
 
 
 def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):

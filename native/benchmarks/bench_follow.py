@@ -2,8 +2,8 @@
 """A drag in Blender as fast as a hand makes it: what a step costs, and how near what is shown is to the settled shape.
 
 Runs itself in Blender without a window. A control moves 60 times a second; between steps timers tick, as in the
-interface. A step counts as shown if the mesh is where the control is when the next one comes, by an answer or by what
-the last answers predict. Distances are root mean squares over the diagonal, of some steps.
+interface. A step counts as shown if the mesh is where the control is when the next one comes, by an answer or by a
+draft. Distances are root mean squares over the diagonal, of some steps.
 """
 
 import os
@@ -50,8 +50,8 @@ class Hand:
             self.follower.tick(self.obj)
             self.scene.evaluate()
             worked += time.perf_counter() - began_tick
-        foreseen = self.follower._drag.prediction.foreseen is self.follower._wanted.positions
-        return worked, foreseen or self.scene.is_caught_up()
+        is_drafted = self.follower._drafted() is self.follower._wanted
+        return worked, is_drafted or self.scene.is_caught_up()
 
     def shown(self):
         """n x 3 positions of the result key."""

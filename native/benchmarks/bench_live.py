@@ -2,8 +2,8 @@
 """Live posing in Blender, end to end: from a control that was moved to a mesh that Blender has evaluated again.
 
 Runs itself in Blender without a window. The add-on's Follower is driven as its handlers drive it in the interface;
-drawing, which depends on the graphics card, is left out. The picture is the first that shows the move: as the last
-answers predict it where the solve takes longer, else as solved. A frame ends with the solved mesh, and is split:
+drawing, which depends on the graphics card, is left out. The picture is the first that shows the move: a draft
+where the solve takes longer, else as solved. A frame ends with the solved mesh, and is split:
 
     native    the solver, as it tells itself
     transfer  writing the shape key
@@ -184,7 +184,7 @@ class Scene:
         self.predicted = None
         if self.is_caught_up():
             return False
-        if self.follower._shows_prediction():
+        if self.follower._drafted() is not None:
             self.predicted = time.perf_counter() - began
         while not self.is_caught_up():
             time.sleep(self.parts["live.following"].TICK_SECONDS)

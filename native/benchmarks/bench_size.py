@@ -31,7 +31,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 import meanvalue
 
-from addon.solver.core.prediction import Prediction
 from blender_tests.support import mesh_files
 from native.benchmarks import drag_cases, generated_creature, reporting, shape_metrics
 from native.benchmarks.peers import job as jobs
@@ -106,7 +105,7 @@ def measure(folder, threads):
     report = deformer.report
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     row = {"bind s": bind, "CPU s": cpu, **{stage: report.timings.get(stage, 0.0) for stage in STAGES}}
-    drag, prediction = deformer.drag(), Prediction(job.diagonal)
+    drag = deformer.drag()
     seconds, draft_seconds, off, turned = [], [], [], []
 
     def judge(draft, answer):
@@ -116,15 +115,12 @@ def measure(folder, threads):
 
     for targets in frames[drag_cases.FRAMES_FROM :]:
         began = time.perf_counter()
-        draft = prediction.at(targets) if prediction.is_ready else None
-        if draft is not None:
-            draft[job.anchors] = targets  # as the add-on shows it
+        draft = drag.draft(targets)
         draft_seconds.append(time.perf_counter() - began)
         solution = drag.solve(targets)
         seconds.append(solution.timings["total"])
-        shape = solution.vertices.astype(np.float32)
+        shape = solution.vertices
         judge(draft, shape)
-        prediction.note(targets, shape)
     settled = drag.solve(targets, settle=True)
     judge(draft, settled.vertices)
     return {

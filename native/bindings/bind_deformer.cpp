@@ -162,6 +162,19 @@ Task start_solve_in_drag(const Drag& drag, const py::object& targets, std::optio
                           });
 }
 
+std::optional<py::array_t<double>> draft_of(const Drag& drag, const py::object& targets) {
+    if (!drag.drag) throw ::meanvalue::InvalidInput("the drag has ended; begin another with Deformer.drag()");
+    const PositionsArray goal(targets, "targets");
+    const Drag held = drag;  // it may be ended meanwhile
+    std::optional<Positions> draft;
+    {
+        const py::gil_scoped_release release;
+        draft = held.drag->draft(goal.view());
+    }
+    if (!draft) return {};
+    return to_array(std::move(*draft));
+}
+
 }  // namespace
 
 void bind_deformer(py::module_& module) {
@@ -252,6 +265,12 @@ void bind_deformer(py::module_& module) {
         py::arg("targets"), py::kw_only(), py::arg("tolerance") = py::none(),
         py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
         py::arg("weights") = py::none(), py::arg("execution") = py::none());
+    drag.def("draft", &draft_of, py::arg("targets"),
+             "What solve() is going to give, in a few milliseconds: (n, 3), anchors at their targets, or None where\n"
+             "too little is known of such a move.\n\n"
+             "targets: as of solve(). Also while start_solve() is at work: to be shown until it is done. It depends\n"
+             "on the answers so far, and no solve depends on it. Method 'fast' alone knows of drafts, from the\n"
+             "beginning of the second solve on, or of the first with a start. Raises InvalidInput.");
     drag.def("__enter__", [](const py::object& self) { return self; });
     drag.def(
         "__exit__", [](Drag& self, const py::args&) { self.drag = nullptr; }, "Ends it and frees its memory.");

@@ -48,7 +48,9 @@ std::optional<Positions> predicted(const Shape& shape, const std::vector<std::pa
         predictor.note(here, Shape::drivers(way[k].first, way[k].second));
     }
     EXPECT_EQ(begins(predictor, here, Shape::drivers(way.back().first, way.back().second)), way.size() > 1);
-    if (!predictor.predict(Shape::drivers(a, b), here, threads, Execution())) return {};
+    const Positions from = predictor.drivers();
+    const Positions gone = predictor.predict(Shape::drivers(a, b), here, threads, Execution());
+    if (gone == from) return {};
     return here;
 }
 
@@ -105,7 +107,40 @@ TEST(SecantPredictor, WhatIsForgottenOrWasBrokenOffPredictsNothing) {
     EXPECT_TRUE(begins(predictor, here, Shape::drivers(1, 0))) << "broken off, but it began at an answer";
     predictor.forget();
     EXPECT_FALSE(begins(predictor, here, Shape::drivers(1, 0)));
-    EXPECT_FALSE(predictor.predict(Shape::drivers(2, 0), here, 1, Execution()));
+    const Positions before = here;
+    predictor.predict(Shape::drivers(2, 0), here, 1, Execution());
+    EXPECT_EQ(here, before);
+}
+
+TEST(SecantPredictor, TellsHowFarTheDriversAreExplained) {
+    const Shape shape;
+    SecantPredictor predictor;
+    Positions here = shape.at(0, 0);
+    begins(predictor, here, Shape::drivers(0, 0));
+    here = shape.at(1, 0);
+    predictor.note(here, Shape::drivers(1, 0));
+    const Positions gone = predictor.predict(Shape::drivers(2, 0.5), here, 1, Execution());
+    EXPECT_LT(largest_distance(gone, Shape::drivers(2, 0)), kRounding);
+    EXPECT_LT(largest_distance(here, shape.at(2, 0)), kRounding);
+}
+
+TEST(SecantPredictor, AnswersFartherFromWhereASolveBeganThanFromTheLastOneAreBadUntilOneIsNear) {
+    const Shape shape;
+    SecantPredictor predictor;
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    EXPECT_TRUE(predictor.is_good());
+    predictor.expect(shape.at(-1.1, 0));
+    predictor.note(shape.at(1, 0), Shape::drivers(1, 0));
+    EXPECT_FALSE(predictor.is_good());
+    predictor.expect(shape.at(2.9, 0));
+    predictor.note(shape.at(2, 0), Shape::drivers(2, 0));
+    EXPECT_TRUE(predictor.is_good());
+    predictor.expect(shape.at(9, 0));
+    predictor.note(shape.at(3, 0), Shape::drivers(3, 0));
+    EXPECT_FALSE(predictor.is_good());
+    predictor.forget();
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    EXPECT_TRUE(predictor.is_good());
 }
 
 TEST(SecantPredictor, AnySizeIsPredicted) {
@@ -116,7 +151,7 @@ TEST(SecantPredictor, AnySizeIsPredicted) {
         begins(predictor, here, size * Shape::drivers(0, 0));
         here = size * shape.at(1, 0);
         predictor.note(here, size * Shape::drivers(1, 0));
-        ASSERT_TRUE(predictor.predict(size * Shape::drivers(2, 0), here, 1, Execution()));
+        predictor.predict(size * Shape::drivers(2, 0), here, 1, Execution());
         EXPECT_LT(largest_distance(here, size * shape.at(2, 0)), kRounding * size);
     }
 }

@@ -1,4 +1,5 @@
 // One bound mesh solved by several threads at once, and drags on it that are cancelled.
+#include <atomic>
 #include <thread>
 
 #include "meanvalue/deform/bound_mesh.h"
@@ -88,6 +89,26 @@ TEST(SideBySide, DragsInTurnDoNotDisturbEachOther) {
         EXPECT_EQ(solve_next(drag_other, other.frames[frame]).vertices, expected_other[frame]) << frame;
         solve(*deformer, other.frames[frame]);  // nor does a solve from rest
     }
+}
+
+TEST(SideBySide, DraftsOfADragThatGoesOnDoNotDisturbIt) {
+    const Drag frames(0.1);
+    const auto deformer = frames.bound(Method::kFast, 2);
+    const std::vector<Positions> expected = frames.run(*deformer);
+    Deformer::Drag drag(*deformer, PositionsView(frames.mesh.vertices));
+    std::vector<Positions> found;
+    std::atomic<bool> is_done{false};
+    std::thread solver([&] {
+        for (const Positions& targets : frames.frames)
+            found.push_back(solve_next(drag, targets).vertices);
+        is_done = true;
+    });
+    int drafts = 0;
+    while (!is_done)
+        drafts += drag.draft(frames.frames.back()).has_value() ? 1 : 0;
+    solver.join();
+    EXPECT_GT(drafts, 0);
+    EXPECT_EQ(found, expected);
 }
 
 TEST(SideBySide, ADragGoesOnWhereAFrameWasCancelled) {

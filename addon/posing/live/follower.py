@@ -19,7 +19,7 @@ SAME_SHAPE = 2e-4
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
 
-#: What takes longer is not waited for where it can be predicted: evaluating the mesh again takes about as long.
+#: What takes longer is not waited for where there are drafts: evaluating the mesh again takes about as long.
 QUICK_SECONDS = 0.01
 
 #: Rooms bring here kinds of followers that take the place of Follower for objects that they ask for.
@@ -73,13 +73,13 @@ class Follower(Following):
         return np.concatenate(found) if found else np.empty(0)
 
     def is_settled(self, obj):
-        return super().is_settled(obj) and not self._shows_prediction()
+        return super().is_settled(obj) and self._drafted() is None
 
     def take_back(self, obj):
-        """Nothing follows any more: a prediction gives way to the last answer."""
-        if self._shows_prediction() and self._has_key(obj):
-            self._write(obj, self._drag.prediction.shape)
-            self._drag.prediction.foreseen = None
+        """Nothing follows any more: a draft gives way to the last answer."""
+        if self._drafted() is not None and self._has_key(obj):
+            self._write(obj, self._drag.answer)
+            self._drag.drafted = None
 
     def notes(self):
         """What is wrong with what is shown, in sentences."""
@@ -138,16 +138,15 @@ class Follower(Following):
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
                 return
-            self._is_settled = settles
-            if settles:
-                drag.prediction.begin(wanted.positions, composed, wanted.weights)
-            else:
+            self._is_settled, drag.answer = settles, composed
+            if not settles:
                 self.solve_seconds, self._shown = seconds, wanted
-                drag.prediction.note(wanted.positions, composed, wanted.weights)
-                if self._wanted is not wanted and self._is_foreseen(owner):
+                if self._wanted is not wanted and self._show_draft(owner):
                     return
-            drag.prediction.foreseen = None
-            if is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
+            was_drafted, drag.drafted = drag.drafted is not None, None
+            if was_drafted:
+                self._write(owner, composed)
+            elif is_first and self._has_key(owner) and self._near(composed, shown, SAME_SHAPE):
                 self._model(owner).wrote(shown)
             elif not (settles and self._near(composed, shown, SAME_TARGETS)):
                 self._write(owner, composed)
@@ -161,26 +160,27 @@ class Follower(Following):
         return work
 
     def _patience(self):
-        is_foreseen = self._drag is not None and self._drag.prediction.is_ready
-        return QUICK_SECONDS if is_foreseen else super()._patience()
+        has_drafts = self._drag is not None and self._drag.has_drafts
+        return QUICK_SECONDS if has_drafts else super()._patience()
 
     def _show_meanwhile(self, obj):
-        self._is_foreseen(obj)
+        self._show_draft(obj)
 
-    def _is_foreseen(self, obj):
-        """Whether the mesh shows what is wanted as the last answers predict it; where they do, it is shown."""
-        wanted = self._wanted
-        if self._drag is None or wanted.weights is not None:
+    def _show_draft(self, obj):
+        """Whether the mesh shows a draft of what is wanted."""
+        drag, wanted = self._drag, self._wanted
+        if drag is None or wanted.weights is not None:
             return False
-        if self._drag.prediction.foreseen is wanted.positions:
-            return True
-        shape = self._drag.prediction.at(wanted.positions)
-        if shape is not None:
+        if drag.drafted is not wanted:
+            shape = session.draft(drag, wanted)
+            if shape is None:
+                return False
             self._write(obj, result.compose(self._input, wanted.positions, shape))
-        return shape is not None
+            drag.drafted = wanted
+        return True
 
-    def _shows_prediction(self):
-        return self._drag is not None and self._drag.prediction.foreseen is not None
+    def _drafted(self):
+        return None if self._drag is None else self._drag.drafted
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)

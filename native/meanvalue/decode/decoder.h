@@ -80,6 +80,14 @@ class Decoder {
     virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                 Execution& execution) const = 0;
 
+    /// What decode() is going to give in a drag, as far as the answers before tell: as decode(), but at once, also
+    /// while it is at work with the same workspace.
+    /// @return false, and nothing is written, where too little is known of such a move.
+    virtual bool draft(const DecodeOptions& /*options*/, Workspace& /*workspace*/, Positions& /*positions*/,
+                       const Execution& /*execution*/) const {
+        return false;
+    }
+
     const Encoding& encoding() const { return encoding_; }  ///< of the region at full resolution
     Index detached_triangle_count() const { return shape_->rings.detached_triangle_count; }
     /// What decoders of the same region with other fixed vertices may share.

@@ -44,6 +44,7 @@ struct Deformer::Drag::State {
     const Deformer& deformer;
     std::mutex mutex;
     std::optional<Positions> region;  // of the last answer
+    std::mutex making;                // of the workspace, which is there for good then
     std::unique_ptr<Workspace> workspace;
 };
 
@@ -86,8 +87,30 @@ Deformer::Drag::~Drag() = default;
 Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
     const std::lock_guard<std::mutex> lock(state_->mutex);
     const Deformer& deformer = state_->deformer;
-    if (!state_->workspace) state_->workspace = deformer.bound().decoder().make_workspace(execution);
+    if (!state_->workspace) {
+        const std::lock_guard<std::mutex> lock_making(state_->making);
+        state_->workspace = deformer.bound().decoder().make_workspace(execution);
+    }
     return deformer.solve_with(*state_->workspace, true, targets, state_->region, options, execution);
+}
+
+std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads) const {
+    Workspace* workspace = nullptr;
+    {
+        const std::lock_guard<std::mutex> lock(state_->making);
+        workspace = state_->workspace.get();
+    }
+    if (workspace == nullptr) return {};
+    const BoundMesh& bound = state_->deformer.bound();
+    const Execution uncancelled;
+    const Positions filled = bound.targets_without_gaps(targets, {});
+    const PositionsView filled_view = filled;
+    DecodeOptions options;
+    options.targets = &filled_view;
+    options.threads = bound.threads_of(threads);
+    Positions region = bound.start_of_region(filled, nullptr, {}, options.threads, uncancelled);
+    if (!bound.decoder().draft(options, *workspace, region, uncancelled)) return {};
+    return bound.whole_mesh(region, filled, options.threads);
 }
 
 Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,

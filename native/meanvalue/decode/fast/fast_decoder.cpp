@@ -21,6 +21,8 @@ constexpr double kMiddleShare = 0.2;
 // The rigidity that cold solves begin with: a stiff shape finds the rotation of every limb, and a softer one keeps
 // it.
 constexpr double kStiff = 1000.0;
+// A draft has its anchors within this share of the size from their targets, where they are put then.
+constexpr double kMostLeft = 2e-3;
 
 }  // namespace
 
@@ -72,8 +74,20 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         bind_whole();
     }
     problem_.levels.push_back(std::move(whole));
+    find_driving_handles();
     for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
         problem_.levels.push_back(std::move(*level));
+}
+
+/// Of the whole mesh.
+void FastDecoder::find_driving_handles() {
+    const FastLevel& level = *problem_.levels.front();
+    if (level.stages.empty()) return;
+    std::vector<Index> vertices = level.stages.back().coupling.vertices;
+    for (const SoftAnchor& anchor : level.energy->soft_constraints().anchors())
+        vertices.push_back(anchor.vertex);
+    problem_.driving = std::make_unique<DrivingHandles>(region_.positions(vertices, Eigen::all),
+                                                        problem_.handles->pieces_of(vertices));
 }
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
@@ -167,6 +181,7 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
         of_level.downdates.resize(level->stages.size());
     }
     workspace->predictor = SecantPredictor(problem_.size);
+    if (problem_.driving) workspace->responses = HandleResponses(*problem_.driving);
     return workspace;
 }
 
@@ -174,6 +189,24 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& worksp
                                  Execution& execution) const {
     auto& fast_workspace = static_cast<FastWorkspace&>(workspace);
     return FastSolve(problem_, fast_workspace, options, threads_for(options), execution).run(positions);
+}
+
+bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+                        const Execution& execution) const {
+    auto& work = static_cast<FastWorkspace&>(workspace);
+    const std::lock_guard<std::mutex> lock(work.drafting);
+    if (!work.is_drafting || !work.predictor.is_good()) return false;
+    const FastLevel& level = *problem_.levels.front();
+    const int threads = threads_for(options);
+    const Positions goal =
+        drivers_of(level, positions, level.energy->soft_constraints().targets_of(*options.targets));
+    Positions shape = work.predictor.shape();
+    Positions left = goal - work.predictor.predict(goal, shape, threads, execution);
+    work.responses.answer(left, level.unknowns, shape, threads, execution);
+    if (left.size() == 0 || !(left.cwiseAbs().maxCoeff() <= kMostLeft * problem_.size)) return false;
+    for (const Index v : level.unknowns.free)
+        positions.row(v) = shape.row(v);
+    return true;
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {

@@ -23,12 +23,15 @@ class FastDecoder : public Decoder {
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
+    bool draft(const DecodeOptions& options, Workspace& workspace, Positions& positions,
+               const Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(problem_.levels.front()->unknowns.rows.size()); }
     std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override;
 
   private:
+    void find_driving_handles();
     /// Fills the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
                  double free_count, Timings& timings, Execution& execution);

@@ -6,6 +6,7 @@
 
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/decode/fast/handle_paths.h"
+#include "meanvalue/decode/fast/handle_responses.h"
 #include "meanvalue/decode/fast/soft_constraints.h"
 #include "meanvalue/examples/example_space.h"
 #include "meanvalue/hierarchy/hierarchy.h"
@@ -32,6 +33,9 @@ struct FastLevel {
     std::vector<FastStage> stages;                 ///< stiffest first; the last has the rigidity asked for
 };
 
+/// What drives a shape: the fixed vertices that the energy depends on, in `positions`, then the rows of soft anchors.
+Positions drivers_of(const FastLevel& level, const Positions& positions, const Positions& soft);
+
 struct FastProblem {
     const Region& region;
     const Components& components;
@@ -41,6 +45,7 @@ struct FastProblem {
     std::vector<double> carrying;  ///< n: weight of each vertex when parts are carried; empty: all anchors are hard
     Hierarchy hierarchy;           ///< its levels are `levels` from the second on; empty where the mesh is small
     std::unique_ptr<const HandlePaths> handles;
+    std::unique_ptr<const DrivingHandles> driving;  ///< none where nothing is free
     std::vector<std::unique_ptr<const FastLevel>> levels;  ///< the whole mesh first, the coarsest last
 };
 

@@ -66,8 +66,9 @@ DecodeReport FastSolve::run(Positions& positions) {
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
     set_soft_targets();
     if (work_.levels.front().energy.soft_weights != former_weights) {  // another energy: the history is of no use
-        work_.predictor.forget();
-        work_.keeps_history = false;
+        work_.forget_answers();
+        const std::lock_guard<std::mutex> lock(work_.drafting);
+        work_.responses.forget();
     }
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
@@ -100,7 +101,9 @@ DecodeReport FastSolve::run(Positions& positions) {
         minimised = minimise_whole();
     }
     if (!is_cold && options_.in_drag && !options_.is_last) {
-        work_.predictor.note(positions, drivers(positions, soft_targets()));
+        const std::lock_guard<std::mutex> lock(work_.drafting);
+        work_.predictor.note(positions, drivers_of(whole().bound, positions, soft_targets()));
+        work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
         work_.keeps_history = true;
     }
     report.iterations = minimised.iterations();

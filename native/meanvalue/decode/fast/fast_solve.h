@@ -11,8 +11,8 @@ namespace meanvalue {
 
 /// A cold start, from rest: on the coarsest level, stiff first and then less and less, and along the handles' screws
 /// where they rotate far, whichever ends lower; from there to finer levels. A warm start, from an earlier answer as
-/// while dragging: what the last answers predict, and the initial Hessian's answer to what the fixed vertices have
-/// moved besides. Then the whole mesh is minimized to the tolerance.
+/// while dragging: what the last answers predict, and the initial Hessian's answer to what the drivers have moved
+/// besides. Then the whole mesh is minimized to the tolerance.
 class FastSolve {
   public:
     /// @pre all outlive it.
@@ -65,9 +65,11 @@ class FastSolve {
 
     // From an earlier answer.
     void start_warm(const Positions& previous, Positions& positions);
-    void respond(Level level, std::size_t stage, const Positions& previous, Positions& positions);
+    void ask_for_responses(const Positions& moves);
+    double least_move() const;
+    void respond(Level level, std::size_t stage, const Positions& moves, Positions& positions);
+    Positions hessian_answer(Level level, std::size_t stage, const Positions& moves);
     bool history_is_exact() const;
-    Positions drivers(const Positions& positions, const Positions& soft) const;
 
     const FastProblem& problem_;
     FastWorkspace& work_;

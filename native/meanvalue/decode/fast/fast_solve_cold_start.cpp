@@ -76,7 +76,8 @@ void FastSolve::start_from_rest(Positions& positions) {
         if (!problem_.region.is_fixed[v]) positions.row(v) = carried.row(v);
     }
     const Level level = coarsest();
-    respond(level, 0, carried, positions);
+    const Positions soft = level.bound.energy->soft_constraints().rows_of(positions);
+    respond(level, 0, drivers_of(level.bound, positions, soft) - drivers_of(level.bound, carried, soft), positions);
     const Positions start = positions;
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
         minimise(level, stage, lbfgs_options(kStageIterations, kStageTolerance), positions);

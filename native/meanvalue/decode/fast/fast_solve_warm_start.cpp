@@ -1,48 +1,89 @@
 // FastSolve from an earlier answer, as while dragging.
+#include <utility>
+
 #include "meanvalue/decode/fast/fast_solve.h"
 
 namespace meanvalue {
+namespace {
 
-/// Moves the free vertices by what the initial Hessian answers to the moves of the fixed ones: the least energy of
-/// all displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
-/// instead, and minimizing has to begin from a spike. @param previous where the fixed vertices were; in `positions`
-/// they are where they go, and free ones where they were.
-void FastSolve::respond(Level level, std::size_t stage, const Positions& previous, Positions& positions) {
-    const FixedCoupling& coupling = level.bound.stages[stage].coupling;
-    Positions moves(static_cast<Eigen::Index>(coupling.vertices.size()), 3);
-    for (std::size_t k = 0; k < coupling.vertices.size(); ++k)
-        moves.row(k) = positions.row(coupling.vertices[k]) - previous.row(coupling.vertices[k]);
-    if (moves.isZero(0.0)) return;
-    Positions answer = -(coupling.matrix * moves);
-    preconditioner_of(level, stage).solve(answer, answer, threads_, execution_);
-    const std::vector<Index>& free = level.bound.unknowns.free;
-    for (std::size_t k = 0; k < free.size(); ++k)
-        positions.row(free[k]) += answer.row(k);
-}
+// Of the tolerance: what moves by less is not answered.
+constexpr double kLeastMove = 0.01;
 
-/// Goes on from the last answer of a drag, as the answers before predict, or from another shape. What the fixed
-/// vertices move besides is answered by the initial Hessian.
-void FastSolve::start_warm(const Positions& previous, Positions& positions) {
-    const FastLevel& level = whole().bound;
-    Positions start = previous;
-    if (goes_on_) {
-        work_.predictor.predict(drivers(positions, soft_targets()), start, threads_, execution_);
-    } else if (options_.in_drag) {
-        work_.predictor.begin(previous, drivers(previous, soft_targets()));
-    }
-    for (const Index v : level.unknowns.free)
-        positions.row(v) = start.row(v);
-    respond(whole(), level.stages.size() - 1, start, positions);
-}
+}  // namespace
 
-/// What drives the shape: the fixed vertices next to free ones, in `positions`, then the rows of soft anchors.
-Positions FastSolve::drivers(const Positions& positions, const Positions& soft) const {
-    const std::vector<Index>& fixed = problem_.levels.front()->stages.back().coupling.vertices;
+Positions drivers_of(const FastLevel& level, const Positions& positions, const Positions& soft) {
+    const std::vector<Index>& fixed = level.stages.back().coupling.vertices;
     Positions result(static_cast<Eigen::Index>(fixed.size()) + soft.rows(), 3);
     for (std::size_t k = 0; k < fixed.size(); ++k)
         result.row(k) = positions.row(fixed[k]);
     result.bottomRows(soft.rows()) = soft;
     return result;
+}
+
+/// The initial Hessian's answer, |V'| x 3, to moves of the drivers (d x 3).
+Positions FastSolve::hessian_answer(Level level, std::size_t stage, const Positions& moves) {
+    const FixedCoupling& coupling = level.bound.stages[stage].coupling;
+    Positions answer = -(coupling.matrix * moves.topRows(static_cast<Eigen::Index>(coupling.vertices.size())));
+    level.bound.energy->soft_constraints().add_pulls(moves, level.work.energy.soft_weights, answer);
+    preconditioner_of(level, stage).solve(answer, answer, threads_, execution_);
+    return answer;
+}
+
+/// Moves the free vertices by what the initial Hessian answers to moves of the drivers (d x 3): the least energy of
+/// all displacements, as far as it is the same in every pose. Where an anchor moves alone, its surroundings are torn
+/// instead, and minimizing has to begin from a spike.
+void FastSolve::respond(Level level, std::size_t stage, const Positions& moves, Positions& positions) {
+    if (moves.isZero(0.0)) return;
+    const Positions answer = hessian_answer(level, stage, moves);
+    const std::vector<Index>& free = level.bound.unknowns.free;
+    for (std::size_t k = 0; k < free.size(); ++k)
+        positions.row(free[k]) += answer.row(k);
+}
+
+double FastSolve::least_move() const {
+    return kLeastMove * options_.tolerance * problem_.size;
+}
+
+/// Keeps the initial Hessian's answers to handles that begin to move. @param moves d x 3.
+void FastSolve::ask_for_responses(const Positions& moves) {
+    if (!work_.levels.front().energy.soft_weights.empty()) return;
+    const std::vector<Index> handles = work_.responses.unknown(moves, least_move());
+    if (handles.empty()) return;
+    const auto hessian = [&](const Positions& moved) {
+        return hessian_answer(whole(), whole().bound.stages.size() - 1, moved);
+    };
+    std::vector<HandleResponses::Fields> fields = work_.responses.ask(handles, hessian);
+    const std::lock_guard<std::mutex> lock(work_.drafting);
+    work_.responses.keep(handles, std::move(fields));
+}
+
+/// Goes on from the last answer of a drag, as the answers before predict, or from another shape. What the drivers
+/// move besides is answered by the initial Hessian.
+void FastSolve::start_warm(const Positions& previous, Positions& positions) {
+    const FastLevel& level = whole().bound;
+    Positions start = previous;
+    const Positions goal = drivers_of(level, positions, soft_targets());
+    Positions moves = goal;
+    if (goes_on_) {
+        moves -= work_.predictor.predict(goal, start, threads_, execution_);
+    } else {
+        const Positions from = drivers_of(level, previous, soft_targets());
+        moves -= from;
+        if (options_.in_drag) {
+            const std::lock_guard<std::mutex> lock(work_.drafting);
+            work_.predictor.begin(previous, from);
+            work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
+        }
+    }
+    if (options_.in_drag) {
+        ask_for_responses(moves);
+        work_.responses.answer(moves, level.unknowns, start, threads_, execution_);
+    }
+    for (const Index v : level.unknowns.free)
+        positions.row(v) = start.row(v);
+    if (moves.size() > 0 && !(moves.cwiseAbs().maxCoeff() <= least_move()))
+        respond(whole(), level.stages.size() - 1, moves, positions);
+    work_.predictor.expect(positions);
 }
 
 }  // namespace meanvalue

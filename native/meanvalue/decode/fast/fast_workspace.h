@@ -1,10 +1,12 @@
 // What a solve by the fast method writes besides its result.
 #pragma once
 
+#include <mutex>
 #include <vector>
 
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
+#include "meanvalue/decode/fast/handle_responses.h"
 #include "meanvalue/decode/fast/secant_predictor.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/lbfgs.h"
@@ -22,15 +24,24 @@ struct FastWorkspace : Workspace {
     };
 
     void forget() override {
-        predictor.forget();
-        keeps_history = false;
+        forget_answers();
         example_weights.resize(0, 0);
+    }
+    void forget_answers() {
+        const std::lock_guard<std::mutex> lock(drafting);
+        predictor.forget();
+        is_drafting = false;
+        keeps_history = false;
     }
 
     std::vector<OfLevel> levels;     // as FastProblem::levels
     ExampleWeights example_weights;  // of the last blend; empty: the rest shape alone
     SupernodalFactor::Workspace factor;
-    SecantPredictor predictor;   // of the solves of a drag
+    // Of the solves of a drag. What the next solve begins with is what its draft shows: the solve locks to write.
+    std::mutex drafting;
+    bool is_drafting = false;  // there is a shape to go on from, and all anchors count in it
+    SecantPredictor predictor;
+    HandleResponses responses;
     bool keeps_history = false;  // the whole mesh' minimizer: of the last of those, which came to its end
 };
 

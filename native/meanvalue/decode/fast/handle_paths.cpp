@@ -83,6 +83,18 @@ HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, co
     }
 }
 
+std::vector<Index> HandlePaths::pieces_of(const std::vector<Index>& vertices) const {
+    std::map<Index, Index> piece_of;
+    for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
+        for (std::size_t k = starts_[piece]; k < starts_[piece + 1]; ++k)
+            piece_of[vertices_[k]] = static_cast<Index>(piece);
+    }
+    std::vector<Index> pieces;
+    for (const Index v : vertices)
+        pieces.push_back(piece_of.at(v));
+    return pieces;
+}
+
 HandlePaths::Path HandlePaths::path_to(const PositionsView& placed_at, const std::vector<char>& is_free) const {
     Path path;
     path.pieces_ = this;

@@ -30,6 +30,9 @@ class HandlePaths {
     HandlePaths(const Encoding& encoding, const PositionsView& rest, const std::vector<char>& is_fixed,
                 const std::vector<Index>& handles, double size);
 
+    /// For each of some fixed vertices the number of its piece.
+    std::vector<Index> pieces_of(const std::vector<Index>& vertices) const;
+
     /// The path of the fixed vertices from rest to another place: rigid pieces along their screws, others straight.
     class Path {
       public:

@@ -16,6 +16,8 @@ constexpr double kLeastNew = 0.3;
 constexpr double kFarthest = 3.0;
 // The largest share of a move that the changes may leave unexplained: beyond it the initial Hessian predicts better.
 constexpr double kMostLeft = 0.5;
+// Every so many vertices tell how good a prediction was.
+constexpr Index kSampled = 16;
 
 double dot(const Positions& a, const Positions& b) {
     return a.cwiseProduct(b).sum();
@@ -32,6 +34,7 @@ void SecantPredictor::begin(const Positions& previous, const Positions& drivers)
     forget();
     answer_ = previous;
     drivers_ = drivers;
+    is_good_ = true;
 }
 
 /// The share of each change in the combination of them that is nearest to `move` (d x 3): by Gram and Schmidt, the
@@ -66,11 +69,13 @@ std::vector<double> SecantPredictor::shares_of(const Positions& move) const {
     return shares;
 }
 
-bool SecantPredictor::predict(const Positions& goal, Positions& positions, int threads,
-                              const Execution& execution) const {
-    if (changes_.empty()) return false;
+Positions SecantPredictor::predict(const Positions& goal, Positions& positions, int threads,
+                                   const Execution& execution) const {
+    Positions drivers = drivers_;
+    if (changes_.empty()) return drivers;
     const std::vector<double> shares = shares_of(goal - drivers_);
-    if (shares.empty()) return false;
+    for (std::size_t change = 0; change < shares.size(); ++change)
+        drivers += shares[change] * changes_[change].drivers;
     parallel_for(static_cast<Index>(positions.rows()), threads, execution, [&](Index begin, Index end) {
         const std::size_t first = std::size_t{3} * begin;
         const std::size_t last = std::size_t{3} * end;
@@ -83,12 +88,29 @@ bool SecantPredictor::predict(const Positions& goal, Positions& positions, int t
                 to[n] += share * static_cast<double>(from[n]);
         }
     });
-    return true;
+    return drivers;
+}
+
+void SecantPredictor::expect(const Positions& positions) {
+    expected_.resize((positions.rows() + kSampled - 1) / kSampled, 3);
+    for (Index k = 0; k < expected_.rows(); ++k)
+        expected_.row(k) = positions.row(kSampled * k);
+}
+
+void SecantPredictor::judge(const Positions& answer) {
+    double missed = 0.0;
+    double moved = 0.0;
+    for (Index k = 0; k < expected_.rows(); ++k) {
+        missed += (answer.row(kSampled * k) - expected_.row(k)).squaredNorm();
+        moved += (answer.row(kSampled * k) - answer_.row(kSampled * k)).squaredNorm();
+    }
+    is_good_ = missed <= moved;
 }
 
 void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
     is_answer_ = false;
     if (drivers != drivers_) {
+        judge(answer);
         Change change;
         if (changes_.size() == kMostChanges) {
             change = std::move(changes_.back());

@@ -20,13 +20,19 @@ class SecantPredictor {
     explicit SecantPredictor(double size) : size_(size) {}
 
     bool has_answer() const { return is_answer_; }
+    /// Whether the last answer was nearer to where it was expected than to the one before it.
+    bool is_good() const { return is_good_; }
+    const Positions& shape() const { return answer_; }      ///< the last answer, or where the drag began; n x 3
+    const Positions& drivers() const { return drivers_; }  ///< then, d x 3
     /// Before a solve that begins at a shape that is no answer, with the drivers at `drivers` (d x 3): all is
     /// forgotten.
     void begin(const Positions& previous, const Positions& drivers);
 
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes predict for drivers that go
-    /// to `goal` (d x 3). @return false, and nothing moves, where such a move is far from all of them.
-    bool predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+    /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are then.
+    Positions predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+    /// Before the solve: where it begins, n x 3.
+    void expect(const Positions& positions);
 
     void forget();
 
@@ -40,12 +46,15 @@ class SecantPredictor {
     };
 
     std::vector<double> shares_of(const Positions& move) const;
+    void judge(const Positions& answer);
 
     double size_ = 1.0;
     bool is_answer_ = false;      // what answer_ is, and not only where a solve began that was cancelled
     std::deque<Change> changes_;  // the latest first
     Positions answer_;            // n x 3
     Positions drivers_;           // d x 3
+    bool is_good_ = true;
+    Positions expected_;  // some rows of where the solve began
 };
 
 }  // namespace meanvalue

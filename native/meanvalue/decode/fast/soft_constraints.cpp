@@ -66,6 +66,14 @@ double SoftConstraints::add_energy(const PositionsView& positions, const Positio
     return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
+void SoftConstraints::add_pulls(const Positions& moves, const std::vector<double>& weights, Positions& fall) const {
+    const Eigen::Index first = moves.rows() - static_cast<Eigen::Index>(anchors_.size());
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+        const double strength = (weights.empty() ? 1.0 : weights[k]) * anchors_[k].strength;
+        fall.row(numbers_[k]) += 2.0 * strength * moves.row(first + static_cast<Eigen::Index>(k));
+    }
+}
+
 void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
     for (std::size_t k = 0; k < anchors_.size(); ++k)
         hessian.valuePtr()[hessian.outerIndexPtr()[numbers_[k]]] += 2.0 * anchors_[k].strength;

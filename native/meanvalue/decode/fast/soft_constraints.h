@@ -53,6 +53,9 @@ class SoftConstraints {
     /// |V'| rows of add_hessian(), one for each in order, and what of 2 s does not count with `weights`.
     const std::vector<Index>& rows() const { return numbers_; }
     std::vector<double> lost_hessian(const std::vector<double>& weights) const;
+    /// Adds 2 s times the moves of their targets to `fall` (|V'| x 3): by so much the gradient falls.
+    /// @param moves of which the last |anchors| rows are theirs. @param weights as for add_energy().
+    void add_pulls(const Positions& moves, const std::vector<double>& weights, Positions& fall) const;
     /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
 
