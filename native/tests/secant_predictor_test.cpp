@@ -82,7 +82,8 @@ TEST(SecantPredictor, TheErrorFallsWithTheSquareOfTheMove) {
 
 TEST(SecantPredictor, MovesThatWereNeverSeenAreNotPredicted) {
     EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 1.0, 1.0)) << "across";
-    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 9.0, 0.0)) << "far";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 109.0, 0.0)) << "far";
+    EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1e-4, 0}}, 1e-3, 0.0)) << "as far as a noise would go";
     EXPECT_FALSE(predicted(Shape{}, {{0, 0}}, 1.0, 0.0)) << "the first";
     EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, 1.0, 0.0)) << "none";
     EXPECT_FALSE(predicted(Shape{}, {{0, 0}, {1, 0}}, std::numeric_limits<double>::quiet_NaN(), 0.0));
@@ -141,6 +142,45 @@ TEST(SecantPredictor, AnswersFartherFromWhereASolveBeganThanFromTheLastOneAreBad
     predictor.forget();
     begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
     EXPECT_TRUE(predictor.is_good());
+}
+
+TEST(SecantPredictor, AHandThatHasJustBegunIsPredictedFar) {
+    const Shape shape;
+    const auto found = predicted(shape, {{0, 0}, {0.01, 0}}, 0.5, 0.0);
+    ASSERT_TRUE(found);
+    EXPECT_LT(largest_distance(*found, shape.at(0.5, 0.0)), 100 * kRounding);
+}
+
+TEST(SecantPredictor, AnOlderChangeThatGoesFarEnoughLeadsBeforeASmallOne) {
+    // The small one is bent as if the end of a solve had gone on.
+    const Shape shape;
+    SecantPredictor predictor;
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    predictor.note(shape.at(1, 0), Shape::drivers(1, 0));
+    Positions here = shape.at(1.01, 0);
+    here.col(1).array() += 0.001;
+    predictor.note(here, Shape::drivers(1.01, 0));
+    Positions expected = shape.at(2, 0);
+    expected.col(1).array() += 0.001;
+    predictor.predict(Shape::drivers(2, 0), here, 1, Execution());
+    EXPECT_LT(largest_distance(here, expected), 1e-5);
+}
+
+TEST(SecantPredictor, ChangesAreKeptWhereADragBeginsAgainNearItsLastAnswer) {
+    const Shape shape;
+    for (const double off : {0.005, 0.5}) {
+        SecantPredictor predictor;
+        begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+        predictor.note(shape.at(1, 0), Shape::drivers(1, 0));
+        predictor.end();
+        Positions settled = shape.at(1, 0);
+        settled.col(1).array() += off;
+        EXPECT_FALSE(begins(predictor, settled, Shape::drivers(1, 0)));
+        Positions expected = off < 0.01 ? shape.at(1.5, 0) : shape.at(1, 0);
+        expected.col(1).array() += off;
+        predictor.predict(Shape::drivers(1.5, 0), settled, 1, Execution());
+        EXPECT_LT(largest_distance(settled, expected), kRounding) << off;
+    }
 }
 
 TEST(SecantPredictor, AnySizeIsPredicted) {

@@ -66,9 +66,10 @@ DecodeReport FastSolve::run(Positions& positions) {
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
     set_soft_targets();
     if (work_.levels.front().energy.soft_weights != former_weights) {  // another energy: the history is of no use
-        work_.forget_answers();
         const std::lock_guard<std::mutex> lock(work_.drafting);
+        work_.predictor.forget();
         work_.responses.forget();
+        work_.is_drafting = work_.keeps_history = false;
     }
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();

@@ -65,6 +65,7 @@ class FastSolve {
 
     // From an earlier answer.
     void start_warm(const Positions& previous, Positions& positions);
+    void begin_drag(const Positions& previous);
     void ask_for_responses(const Positions& moves);
     double least_move() const;
     void respond(Level level, std::size_t stage, const Positions& moves, Positions& positions);

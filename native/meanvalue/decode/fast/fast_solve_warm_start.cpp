@@ -57,27 +57,26 @@ void FastSolve::ask_for_responses(const Positions& moves) {
     work_.responses.keep(handles, std::move(fields));
 }
 
+void FastSolve::begin_drag(const Positions& previous) {
+    const std::lock_guard<std::mutex> lock(work_.drafting);
+    work_.predictor.begin(previous, drivers_of(whole().bound, previous, soft_targets()));
+    work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
+}
+
 /// Goes on from the last answer of a drag, as the answers before predict, or from another shape. What the drivers
 /// move besides is answered by the initial Hessian.
 void FastSolve::start_warm(const Positions& previous, Positions& positions) {
     const FastLevel& level = whole().bound;
-    Positions start = previous;
     const Positions goal = drivers_of(level, positions, soft_targets());
+    Positions start = previous;
     Positions moves = goal;
-    if (goes_on_) {
-        moves -= work_.predictor.predict(goal, start, threads_, execution_);
-    } else {
-        const Positions from = drivers_of(level, previous, soft_targets());
-        moves -= from;
-        if (options_.in_drag) {
-            const std::lock_guard<std::mutex> lock(work_.drafting);
-            work_.predictor.begin(previous, from);
-            work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
-        }
-    }
     if (options_.in_drag) {
+        if (!goes_on_) begin_drag(previous);
+        moves -= work_.predictor.predict(goal, start, threads_, execution_);
         ask_for_responses(moves);
         work_.responses.answer(moves, level.unknowns, start, threads_, execution_);
+    } else {
+        moves -= drivers_of(level, previous, soft_targets());
     }
     for (const Index v : level.unknowns.free)
         positions.row(v) = start.row(v);

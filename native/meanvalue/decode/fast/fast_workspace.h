@@ -24,14 +24,11 @@ struct FastWorkspace : Workspace {
     };
 
     void forget() override {
-        forget_answers();
-        example_weights.resize(0, 0);
-    }
-    void forget_answers() {
         const std::lock_guard<std::mutex> lock(drafting);
-        predictor.forget();
+        predictor.end();
         is_drafting = false;
         keeps_history = false;
+        example_weights.resize(0, 0);
     }
 
     std::vector<OfLevel> levels;     // as FastProblem::levels

@@ -12,11 +12,17 @@ constexpr std::size_t kMostChanges = 6;
 // A change adds a direction if at least this share of it is not in later changes. Less is mostly rounding and what
 // the end of a solve left, and would be blown up.
 constexpr double kLeastNew = 0.3;
-// A prediction goes at most so many times as far along a direction as the change went.
+// A prediction goes at most so many times as far along a direction as the change went. Where no change leads so far,
+// as when a hand has just begun to move, those of at least this share of the size go farther: what the ends of solves
+// leave is little beside them.
 constexpr double kFarthest = 3.0;
+constexpr double kLarge = 1e-3;
+constexpr double kFarthestOfLarge = 100.0;
 // The largest share of a move that the changes may leave unexplained: beyond it the initial Hessian predicts better.
 constexpr double kMostLeft = 0.5;
-// Every so many vertices tell how good a prediction was.
+// A shape is near another if no vertex is farther off than this share of the size.
+constexpr double kNear = 0.01;
+// Every so many vertices tell how good a prediction was, and whether a shape is near.
 constexpr Index kSampled = 16;
 
 double dot(const Positions& a, const Positions& b) {
@@ -31,7 +37,8 @@ void SecantPredictor::forget() {
 }
 
 void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
-    forget();
+    end();
+    if (!changes_.empty() && !is_near(previous)) changes_.clear();
     answer_ = previous;
     drivers_ = drivers;
     is_good_ = true;
@@ -47,23 +54,27 @@ std::vector<double> SecantPredictor::shares_of(const Positions& move) const {
     std::vector<Direction> directions;
     std::vector<double> shares(changes_.size(), 0.0);
     Positions left = move;
-    for (std::size_t k = 0; k < changes_.size(); ++k) {
+    const auto go_along = [&](std::size_t k, double farthest) {
         Direction next{changes_[k].drivers, std::vector<double>(changes_.size(), 0.0)};
         next.shares[k] = 1.0;
         for (const Direction& known : directions) {
             const double share = dot(known.drivers, next.drivers) / known.drivers.squaredNorm();
             next.drivers -= share * known.drivers;
-            for (std::size_t j = 0; j <= k; ++j)
+            for (std::size_t j = 0; j < shares.size(); ++j)
                 next.shares[j] -= share * known.shares[j];
         }
-        if (!(next.drivers.norm() > kLeastNew * changes_[k].drivers.norm())) continue;
+        if (!(next.drivers.norm() > kLeastNew * changes_[k].drivers.norm())) return;
         const double times = dot(next.drivers, left) / next.drivers.squaredNorm();
-        if (!(std::abs(times) < kFarthest)) continue;
+        if (!(std::abs(times) < farthest)) return;
         left -= times * next.drivers;
-        for (std::size_t j = 0; j <= k; ++j)
+        for (std::size_t j = 0; j < shares.size(); ++j)
             shares[j] += times * next.shares[j];
         directions.push_back(std::move(next));
-    }
+    };
+    for (std::size_t k = 0; k < changes_.size(); ++k)
+        go_along(k, kFarthest);
+    for (std::size_t k = 0; k < changes_.size(); ++k)
+        if (changes_[k].drivers.cwiseAbs().maxCoeff() > kLarge * size_) go_along(k, kFarthestOfLarge);
     // Written so that what is not a number is not near.
     if (!(left.norm() < kMostLeft * move.norm())) shares.clear();
     return shares;
@@ -89,6 +100,12 @@ Positions SecantPredictor::predict(const Positions& goal, Positions& positions, 
         }
     });
     return drivers;
+}
+
+bool SecantPredictor::is_near(const Positions& shape) const {
+    for (Index k = 0; k < shape.rows(); k += kSampled)
+        if (!((shape.row(k) - answer_.row(k)).cwiseAbs().maxCoeff() <= kNear * size_)) return false;
+    return true;
 }
 
 void SecantPredictor::expect(const Positions& positions) {

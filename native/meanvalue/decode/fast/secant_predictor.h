@@ -24,8 +24,8 @@ class SecantPredictor {
     bool is_good() const { return is_good_; }
     const Positions& shape() const { return answer_; }      ///< the last answer, or where the drag began; n x 3
     const Positions& drivers() const { return drivers_; }  ///< then, d x 3
-    /// Before a solve that begins at a shape that is no answer, with the drivers at `drivers` (d x 3): all is
-    /// forgotten.
+    /// Before a solve that begins at a shape that is no answer, n x 3, with the drivers at `drivers` (d x 3). Changes
+    /// are kept if it is near the last answer, as that is which was settled since.
     void begin(const Positions& previous, const Positions& drivers);
 
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes predict for drivers that go
@@ -34,6 +34,8 @@ class SecantPredictor {
     /// Before the solve: where it begins, n x 3.
     void expect(const Positions& positions);
 
+    /// What follows is no answer to this drag.
+    void end() { is_answer_ = false; }
     void forget();
 
     /// After the solve. @param answer n x 3; @param drivers d x 3.
@@ -46,6 +48,7 @@ class SecantPredictor {
     };
 
     std::vector<double> shares_of(const Positions& move) const;
+    bool is_near(const Positions& shape) const;
     void judge(const Positions& answer);
 
     double size_ = 1.0;
