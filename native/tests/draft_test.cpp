@@ -75,6 +75,25 @@ TEST(Draft, DraftsBeginWithTheFirstSolve) {
     EXPECT_LT(rms(*draft, answer), 0.5 * rms(bent.mesh.vertices, answer));
 }
 
+TEST(Draft, TheFirstSolveOfADragBeginsWithTheCoarseLevelsAnswer) {
+    int of_drags = 0;
+    int of_solves = 0;
+    for (const Pose& pose : poses()) {
+        const auto deformer = bound_to(pose.mesh, pose.anchors);
+        if (deformer->report().level_sizes.size() < 2) continue;
+        Deformer::Drag drag(*deformer, PositionsView(pose.mesh.vertices));
+        const Positions rest = rows_of(pose.mesh.vertices, pose.anchors);
+        const Positions targets = rest + 0.2 * (pose.targets - rest);
+        const Solution alone = solve_from(*deformer, targets, pose.mesh.vertices);
+        const Solution first = solve_next(drag, targets);
+        EXPECT_LT(first.energy, 1.001 * alone.energy) << pose.name;
+        of_drags += first.iterations;
+        of_solves += alone.iterations;
+    }
+    EXPECT_GT(of_drags, 0);
+    EXPECT_LT(of_drags, 0.75 * of_solves);
+}
+
 TEST(Draft, SolvesDoNotDependOnDrafts) {
     const Bend bent;
     const auto deformer = bent.bound();

@@ -183,6 +183,31 @@ TEST(SecantPredictor, ChangesAreKeptWhereADragBeginsAgainNearItsLastAnswer) {
     }
 }
 
+TEST(SecantPredictor, WhatIsSupposedCountsUntilTheNextAnswer) {
+    const Shape shape;
+    SecantPredictor predictor;
+    Positions here = shape.at(0, 0);
+    begins(predictor, here, Shape::drivers(0, 0));
+    EXPECT_FALSE(predictor.has_changes());
+    predictor.suppose(1.1 * shape.at(1, 0), Shape::drivers(1, 0));
+    EXPECT_TRUE(predictor.has_changes());
+    predictor.predict(Shape::drivers(2, 0), here, 1, Execution());
+    EXPECT_LT(largest_distance(here, 1.1 * shape.at(2, 0)), kRounding);
+    here = shape.at(1, 0);
+    predictor.note(here, Shape::drivers(1, 0));
+    predictor.predict(Shape::drivers(2, 0), here, 1, Execution());
+    EXPECT_LT(largest_distance(here, shape.at(2, 0)), kRounding);
+}
+
+TEST(SecantPredictor, WhatWasSupposedIsForgottenWhereTheSolveWasBrokenOff) {
+    const Shape shape;
+    SecantPredictor predictor;
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    predictor.suppose(shape.at(1, 0), Shape::drivers(1, 0));
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    EXPECT_FALSE(predictor.has_changes());
+}
+
 TEST(SecantPredictor, AnySizeIsPredicted) {
     const Shape shape;
     for (const double size : {1e-50, 1e50}) {

@@ -66,6 +66,7 @@ class FastSolve {
     // From an earlier answer.
     void start_warm(const Positions& previous, Positions& positions);
     void begin_drag(const Positions& previous);
+    void suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal);
     void ask_for_responses(const Positions& moves);
     double least_move() const;
     void respond(Level level, std::size_t stage, const Positions& moves, Positions& positions);

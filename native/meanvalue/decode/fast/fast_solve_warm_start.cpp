@@ -8,6 +8,8 @@ namespace {
 
 // Of the tolerance: what moves by less is not answered.
 constexpr double kLeastMove = 0.01;
+// Of the size: smaller ones are lost in the coarsest level's tolerance.
+constexpr double kLeastCoarseMove = 1e-3;
 
 }  // namespace
 
@@ -63,6 +65,30 @@ void FastSolve::begin_drag(const Positions& previous) {
     work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
 }
 
+/// Where no change is known yet, what the coarsest level makes of the move is taken for one: a tenth to a fifth off,
+/// where the initial Hessian's answer is a half. @param moves d x 3; @param goal n x 3, its fixed vertices.
+void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal) {
+    const bool is_worth_it = moves.size() > 0 && moves.cwiseAbs().maxCoeff() > kLeastCoarseMove * problem_.size;
+    if (!is_worth_it || problem_.levels.size() < 2 || !work_.levels.front().energy.soft_weights.empty()) return;
+    const Level level = coarsest();
+    Positions before = previous;
+    relax(level, before);
+    Positions after = before;
+    for (std::size_t v = 0; v < problem_.region.is_fixed.size(); ++v) {
+        if (problem_.region.is_fixed[v]) after.row(v) = goal.row(v);
+    }
+    const Positions soft = level.bound.energy->soft_constraints().rows_of(before);
+    const Positions coarse_moves = drivers_of(level.bound, after, soft) - drivers_of(level.bound, before, soft);
+    respond(level, level.bound.stages.size() - 1, coarse_moves, after);
+    relax(level, after);
+    for (Positions* const shape : {&before, &after}) {
+        for (auto coarse = problem_.hierarchy.levels.rbegin(); coarse != problem_.hierarchy.levels.rend(); ++coarse)
+            coarse->splits.carry(problem_.region.positions, *shape, threads_, execution_);
+    }
+    const std::lock_guard<std::mutex> lock(work_.drafting);
+    work_.predictor.suppose(after - before, moves);
+}
+
 /// Goes on from the last answer of a drag, as the answers before predict, or from another shape. What the drivers
 /// move besides is answered by the initial Hessian.
 void FastSolve::start_warm(const Positions& previous, Positions& positions) {
@@ -72,8 +98,10 @@ void FastSolve::start_warm(const Positions& previous, Positions& positions) {
     Positions moves = goal;
     if (options_.in_drag) {
         if (!goes_on_) begin_drag(previous);
+        const Positions all_moves = goal - work_.predictor.drivers();
+        ask_for_responses(all_moves);
+        if (!work_.predictor.has_changes()) suppose_coarse_change(all_moves, previous, positions);
         moves -= work_.predictor.predict(goal, start, threads_, execution_);
-        ask_for_responses(moves);
         work_.responses.answer(moves, level.unknowns, start, threads_, execution_);
     } else {
         moves -= drivers_of(level, previous, soft_targets());

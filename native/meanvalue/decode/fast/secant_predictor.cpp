@@ -1,6 +1,7 @@
 #include "meanvalue/decode/fast/secant_predictor.h"
 
 #include <cmath>
+#include <utility>
 
 #include "meanvalue/common/parallel.h"
 
@@ -32,13 +33,13 @@ double dot(const Positions& a, const Positions& b) {
 }  // namespace
 
 void SecantPredictor::forget() {
-    is_answer_ = false;
+    is_answer_ = supposes_ = false;
     changes_.clear();
 }
 
 void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
     end();
-    if (!changes_.empty() && !is_near(previous)) changes_.clear();
+    if (!changes_.empty() && (supposes_ || !is_near(previous))) forget();
     answer_ = previous;
     drivers_ = drivers;
     is_good_ = true;
@@ -124,25 +125,36 @@ void SecantPredictor::judge(const Positions& answer) {
     is_good_ = missed <= moved;
 }
 
+void SecantPredictor::suppose(const Positions& shape, const Positions& moves) {
+    add(shape, moves);
+    supposes_ = true;
+}
+
 void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
     is_answer_ = false;
+    if (std::exchange(supposes_, false)) changes_.pop_front();
     if (drivers != drivers_) {
         judge(answer);
-        Change change;
-        if (changes_.size() == kMostChanges) {
-            change = std::move(changes_.back());
-            changes_.pop_back();
-        }
-        const auto numbers = static_cast<std::size_t>(answer.size());
-        change.shape.resize(numbers);
-        for (std::size_t n = 0; n < numbers; ++n)
-            change.shape[n] = static_cast<float>((answer.data()[n] - answer_.data()[n]) / size_);
-        change.drivers = drivers - drivers_;
-        changes_.push_front(std::move(change));
+        add(answer - answer_, drivers - drivers_);
     }
     answer_ = answer;
     drivers_ = drivers;
     is_answer_ = true;
+}
+
+/// The latest change.
+void SecantPredictor::add(const Positions& shape, const Positions& moves) {
+    Change change;
+    if (changes_.size() == kMostChanges) {
+        change = std::move(changes_.back());
+        changes_.pop_back();
+    }
+    const auto numbers = static_cast<std::size_t>(shape.size());
+    change.shape.resize(numbers);
+    for (std::size_t n = 0; n < numbers; ++n)
+        change.shape[n] = static_cast<float>(shape.data()[n] / size_);
+    change.drivers = moves;
+    changes_.push_front(std::move(change));
 }
 
 }  // namespace meanvalue

@@ -31,6 +31,9 @@ class SecantPredictor {
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes predict for drivers that go
     /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are then.
     Positions predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+    bool has_changes() const { return !changes_.empty(); }
+    /// A change of shape (n x 3) by moves of the drivers (d x 3) that counts until the next answer.
+    void suppose(const Positions& shape, const Positions& moves);
     /// Before the solve: where it begins, n x 3.
     void expect(const Positions& positions);
 
@@ -50,6 +53,7 @@ class SecantPredictor {
     std::vector<double> shares_of(const Positions& move) const;
     bool is_near(const Positions& shape) const;
     void judge(const Positions& answer);
+    void add(const Positions& shape, const Positions& moves);
 
     double size_ = 1.0;
     bool is_answer_ = false;      // what answer_ is, and not only where a solve began that was cancelled
@@ -57,6 +61,7 @@ class SecantPredictor {
     Positions answer_;            // n x 3
     Positions drivers_;           // d x 3
     bool is_good_ = true;
+    bool supposes_ = false;  // the latest change is no answer's
     Positions expected_;  // some rows of where the solve began
 };
 
