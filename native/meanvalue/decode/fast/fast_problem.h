@@ -45,7 +45,7 @@ struct FastProblem {
     std::vector<double> carrying;  ///< n: weight of each vertex when parts are carried; empty: all anchors are hard
     Hierarchy hierarchy;           ///< its levels are `levels` from the second on; empty where the mesh is small
     std::unique_ptr<const HandlePaths> handles;
-    std::unique_ptr<const DrivingHandles> driving;  ///< none where nothing is free
+    std::unique_ptr<const DrivingHandles> driving;         ///< none where nothing is free
     std::vector<std::unique_ptr<const FastLevel>> levels;  ///< the whole mesh first, the coarsest last
 };
 

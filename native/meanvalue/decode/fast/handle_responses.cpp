@@ -77,9 +77,9 @@ DrivingHandles::DrivingHandles(const Positions& rest, const std::vector<Index>& 
 std::vector<Index> HandleResponses::unknown(const Positions& moves, double least) const {
     std::vector<Index> found;
     for (std::size_t handle = 0; handle < handles_->pieces.size(); ++handle) {
-        const bool is_known =
-            std::any_of(known_.begin(), known_.end(),
-                        [&](const Known& known) { return static_cast<std::size_t>(known.handle) == handle; });
+        const bool is_known = std::any_of(known_.begin(), known_.end(), [&](const Known& known) {
+            return static_cast<std::size_t>(known.handle) == handle;
+        });
         if (is_known) continue;
         const std::vector<Index>& rows = handles_->pieces[handle];
         const bool moves_too = std::any_of(rows.begin(), rows.end(),
@@ -90,7 +90,8 @@ std::vector<Index> HandleResponses::unknown(const Positions& moves, double least
     return found;
 }
 
-std::vector<HandleResponses::Fields> HandleResponses::ask(const std::vector<Index>& handles, const Hessian& hessian) const {
+std::vector<HandleResponses::Fields> HandleResponses::ask(const std::vector<Index>& handles,
+                                                          const Hessian& hessian) const {
     struct Column {
         std::size_t number;  // in `handles`
         Index field;
@@ -141,7 +142,8 @@ void HandleResponses::answer(Positions& moves, const Unknowns& unknowns, Positio
             const Fields& fields = known_[number].fields;
             for (Index k = begin; k < end; ++k)
                 positions.row(unknowns.free[k]) +=
-                    moved(move, fields.row(k)) + static_cast<double>(fields(k, kTranslation)) * move.row(kTranslation);
+                    moved(move, fields.row(k)) +
+                    static_cast<double>(fields(k, kTranslation)) * move.row(kTranslation);
         }
     });
 }

@@ -22,14 +22,15 @@ class SecantPredictor {
     bool has_answer() const { return is_answer_; }
     /// Whether the last answer was nearer to where it was expected than to the one before it.
     bool is_good() const { return is_good_; }
-    const Positions& shape() const { return answer_; }      ///< the last answer, or where the drag began; n x 3
+    const Positions& shape() const { return answer_; }     ///< the last answer, or where the drag began; n x 3
     const Positions& drivers() const { return drivers_; }  ///< then, d x 3
     /// Before a solve that begins at a shape that is no answer, n x 3, with the drivers at `drivers` (d x 3). Changes
     /// are kept if it is near the last answer, as that is which was settled since.
     void begin(const Positions& previous, const Positions& drivers);
 
     /// Moves `positions` (n x 3), which are where the solve begins, as the last changes predict for drivers that go
-    /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are then.
+    /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are
+    /// then.
     Positions predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
     bool has_changes() const { return !changes_.empty(); }
     /// A change of shape (n x 3) by moves of the drivers (d x 3) that counts until the next answer.
@@ -62,7 +63,7 @@ class SecantPredictor {
     Positions drivers_;           // d x 3
     bool is_good_ = true;
     bool supposes_ = false;  // the latest change is no answer's
-    Positions expected_;  // some rows of where the solve began
+    Positions expected_;     // some rows of where the solve began
 };
 
 }  // namespace meanvalue
