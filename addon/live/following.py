@@ -15,8 +15,9 @@ from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import object_model, shape_keys, subject
 from ..solver.job import Job
 
-#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
-FRAME_SECONDS = 1.0 / 30.0
+#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it; and where something
+#: else can be shown meanwhile: evaluating the mesh again takes about as long.
+FRAME_SECONDS, QUICK_SECONDS = 1.0 / 30.0, 0.01
 
 #: How often a running job is looked at: a solve is noticed late by a tenth of a frame.
 TICK_SECONDS = 0.003
@@ -88,11 +89,16 @@ class Following:
     # What the engine calls
 
     def follow(self, obj):
-        """In a handler: takes the controls where they are, and waits at most a frame for the mesh to follow."""
-        patience = self._patience()
-        self._advance(obj, patience=patience if self.solve_seconds < patience else 0.0)
-        if self._job is not None and self.problem is None and not self._is_shown(obj) and self._has_key(obj):
-            self._show_meanwhile(obj)
+        """In a handler: takes the controls where they are. What takes longer than a moment is shown as far as it is
+        known; where nothing is, the mesh is waited for, at most a frame."""
+        running = self._job
+        self._advance(obj)
+        is_new = self._job is not running  # none is waited for again
+        if is_new:
+            self._wait_for_job(obj, QUICK_SECONDS)
+        is_waiting = self._job is not None and self.problem is None and not self._is_shown(obj)
+        if is_waiting and not (self._has_key(obj) and self._show_meanwhile(obj)) and is_new:
+            self._wait_for_job(obj, FRAME_SECONDS)
 
     def tick(self, obj):
         """In a timer: collects what is finished and starts what is next."""
@@ -169,12 +175,9 @@ class Following:
     def _is_quiet(self, obj):
         return clock() >= self._quiet_at(obj)
 
-    def _patience(self):
-        """Seconds that a handler waits for a solve, if the last one took no longer."""
-        return FRAME_SECONDS
-
-    def _show_meanwhile(self, obj):
-        """Shows what is known of an answer that takes longer."""
+    def _show_meanwhile(self, _obj):
+        """Whether it shows what is known of an answer that takes longer."""
+        return False
 
     def _has_chores(self, _obj):
         """Whether there is something to be done when all is quiet."""
@@ -185,9 +188,17 @@ class Following:
 
     # Going on
 
-    def _advance(self, obj, patience=0.0, makes_keys=False, is_quiet=False, starts=True):
-        """patience: wait so long for a job; makes_keys: what is found may need a shape key that is not there;
-        is_quiet: do all that is left for a quiet moment; starts: begin new jobs."""
+    def _wait_for_job(self, obj, seconds):
+        """At most so long, and only if the last solve took no longer."""
+        if self._job is not None and self.solve_seconds < seconds and self._job.wait(seconds):
+            try:
+                self._collect(obj, makes_keys=False)
+            except MeanValueError as error:
+                self.give_up(str(error))
+
+    def _advance(self, obj, makes_keys=False, is_quiet=False, starts=True):
+        """makes_keys: what is found may need a shape key that is not there; is_quiet: do all that is left for a quiet
+        moment; starts: begin new jobs."""
         try:
             self._require_ready(obj)
             if not self._read(obj, is_quiet, is_quiet or (makes_keys and self._job is None and self._is_quiet(obj))):
@@ -197,8 +208,6 @@ class Following:
             self._collect(obj, makes_keys)
             if self._job is None and self.problem is None and starts:
                 self._start_next(obj, makes_keys, is_quiet or (makes_keys and self._is_quiet(obj)))
-                if patience and self._job is not None and self._job.wait(patience):
-                    self._collect(obj, makes_keys)
         except MeanValueError as error:
             self.give_up(str(error))
 

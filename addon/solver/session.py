@@ -104,9 +104,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 class Drag:
     """A row of solves, each from the answer of the one before: a native Drag, what it is of, and what is shown of it.
 
-    answer      n x 3 float32: the last; where it began before that
-    drafted     the bridge.targets.Targets of which a draft is shown, or None
-    has_drafts  whether the last draft that was asked for was there
+    answer   n x 3 float32: the last; where it began before that
+    drafted  the bridge.targets.Targets of which a draft is shown, or None
     """
 
     binding: object
@@ -114,7 +113,6 @@ class Drag:
     native: object
     answer: object
     drafted: object = None
-    has_drafts: bool = False
 
 
 def begin_drag(binding, bind_input, shape=None):
@@ -153,9 +151,8 @@ def draft(drag, goal):
     try:
         shape = call(drag.native.draft, _targets(mesh, goal.positions))
     except SolverError:
-        shape = None  # the solve of the same targets says why
-    drag.has_drafts = shape is not None and bool(np.isfinite(shape).all())
-    return mesh.cut_back(shape) if drag.has_drafts else None
+        return None  # the solve of the same targets says why
+    return None if shape is None or not np.isfinite(shape).all() else mesh.cut_back(shape)
 
 
 def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):

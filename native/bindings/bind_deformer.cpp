@@ -265,12 +265,14 @@ void bind_deformer(py::module_& module) {
         py::arg("targets"), py::kw_only(), py::arg("tolerance") = py::none(),
         py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
         py::arg("weights") = py::none(), py::arg("execution") = py::none());
-    drag.def("draft", &draft_of, py::arg("targets"),
-             "What solve() is going to give, in a few milliseconds: (n, 3), anchors at their targets, or None where\n"
-             "too little is known of such a move.\n\n"
-             "targets: as of solve(). Also while start_solve() is at work: to be shown until it is done. It depends\n"
-             "on the answers so far, and no solve depends on it. Method 'fast' alone knows of drafts, from the\n"
-             "beginning of the second solve on, or of the first with a start. Raises InvalidInput.");
+    drag.def(
+        "draft", &draft_of, py::arg("targets"),
+        "What solve() is going to give, in a few milliseconds: (n, 3), hard anchors at their targets, or None\n"
+        "where too little is known of such a move.\n\n"
+        "targets: as of solve(). Also while start_solve() is at work: to be shown until it is done. It depends\n"
+        "on the answers so far, and no solve depends on it. Method 'fast' alone knows of drafts. There are some\n"
+        "once a solve has begun at an earlier answer or a start, and none from a settled answer until then.\n"
+        "Raises InvalidInput.");
     drag.def("__enter__", [](const py::object& self) { return self; });
     drag.def(
         "__exit__", [](Drag& self, const py::args&) { self.drag = nullptr; }, "Ends it and frees its memory.");

@@ -132,6 +132,21 @@ TEST(Draft, ThereIsNoneWhereTooLittleIsKnown) {
     EXPECT_FALSE(by_full.draft(small.at(0.2)));
 }
 
+TEST(Draft, HandlesMovedInTurnHaveDraftsHoweverManyTheyAre) {
+    const Mesh mesh = sphere(5);
+    const std::vector<Index> anchors = spread_vertices(mesh, 10);
+    const auto deformer = bound_to(mesh, anchors);
+    Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
+    Positions targets = rows_of(mesh.vertices, anchors);
+    for (Index handle = 0; handle < 10; ++handle) {
+        targets(handle, 0) += 0.01;
+        solve_next(drag, targets);
+        Positions next = targets;
+        next(handle, 2) += 0.1;
+        EXPECT_TRUE(drag.draft(next)) << handle;
+    }
+}
+
 TEST(Draft, MovesOfManyHandlesAtOnceAreLeftToTheSolver) {
     const Mesh mesh = sphere(5);
     const std::vector<Index> anchors = spread_vertices(mesh, 20);
@@ -159,6 +174,13 @@ TEST(Draft, SoftHandlesHaveSomeToo) {
     const Positions answer = solve_next(drag, bent.at(0.3)).vertices;
     EXPECT_LT(rms(*draft, answer), 0.2 * rms(last, answer));
     SolveOptions some;
+    SolveOptions settled;
+    settled.settle = true;
+    solve_next(drag, bent.at(0.3), settled);
+    const Positions before = solve_next(drag, bent.at(0.3)).vertices;
+    const std::optional<Positions> after_settling = drag.draft(bent.at(0.4));
+    ASSERT_TRUE(after_settling);
+    EXPECT_GT(rms(*after_settling, before), 0.05 * bent.size() * 0.1);
     some.weights.assign(bent.anchors.size(), 0.5);
     solve_next(drag, bent.at(0.3), some);
     EXPECT_FALSE(drag.draft(bent.at(0.4))) << "they do not count fully";

@@ -151,6 +151,28 @@ TEST(SecantPredictor, AHandThatHasJustBegunIsPredictedFar) {
     EXPECT_LT(largest_distance(*found, shape.at(0.5, 0.0)), 100 * kRounding);
 }
 
+TEST(SecantPredictor, AChangeThatWasNotForeseenDoesNotLeadFar) {
+    // As where the hand moves on in another direction and the shape comes to rest meanwhile.
+    const Shape shape;
+    for (const bool is_foreseen : {true, false}) {
+        SecantPredictor predictor;
+        begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+        predictor.expect(shape.at(is_foreseen ? 0.008 : 0.002, 0));
+        Positions here = shape.at(0.01, 0);
+        predictor.note(here, Shape::drivers(0.01, 0));
+        const Positions gone = predictor.predict(Shape::drivers(0.5, 0), here, 1, Execution());
+        EXPECT_EQ(gone == predictor.drivers(), !is_foreseen);
+    }
+    for (const bool is_sound : {true, false}) {
+        SecantPredictor predictor;
+        Positions here = shape.at(0, 0);
+        begins(predictor, here, Shape::drivers(0, 0));
+        predictor.suppose(shape.at(0.01, 0), Shape::drivers(0.01, 0), is_sound);
+        const Positions gone = predictor.predict(Shape::drivers(0.5, 0), here, 1, Execution());
+        EXPECT_EQ(gone == predictor.drivers(), !is_sound);
+    }
+}
+
 TEST(SecantPredictor, AnOlderChangeThatGoesFarEnoughLeadsBeforeASmallOne) {
     // The small one is bent as if the end of a solve had gone on.
     const Shape shape;
@@ -189,7 +211,7 @@ TEST(SecantPredictor, WhatIsSupposedCountsUntilTheNextAnswer) {
     Positions here = shape.at(0, 0);
     begins(predictor, here, Shape::drivers(0, 0));
     EXPECT_FALSE(predictor.has_changes());
-    predictor.suppose(1.1 * shape.at(1, 0), Shape::drivers(1, 0));
+    predictor.suppose(1.1 * shape.at(1, 0), Shape::drivers(1, 0), true);
     EXPECT_TRUE(predictor.has_changes());
     predictor.predict(Shape::drivers(2, 0), here, 1, Execution());
     EXPECT_LT(largest_distance(here, 1.1 * shape.at(2, 0)), kRounding);
@@ -203,7 +225,7 @@ TEST(SecantPredictor, WhatWasSupposedIsForgottenWhereTheSolveWasBrokenOff) {
     const Shape shape;
     SecantPredictor predictor;
     begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
-    predictor.suppose(shape.at(1, 0), Shape::drivers(1, 0));
+    predictor.suppose(shape.at(1, 0), Shape::drivers(1, 0), true);
     begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
     EXPECT_FALSE(predictor.has_changes());
 }

@@ -19,9 +19,6 @@ SAME_SHAPE = 2e-4
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
 
-#: What takes longer is not waited for where there are drafts: evaluating the mesh again takes about as long.
-QUICK_SECONDS = 0.01
-
 #: Rooms bring here kinds of followers that take the place of Follower for objects that they ask for.
 stand_ins = []
 
@@ -76,7 +73,7 @@ class Follower(Following):
         return super().is_settled(obj) and self._drafted() is None
 
     def take_back(self, obj):
-        """Nothing follows any more: a draft gives way to the last answer."""
+        """A draft gives way to the last answer, where none is to follow."""
         if self._drafted() is not None and self._has_key(obj):
             self._write(obj, self._drag.answer)
             self._drag.drafted = None
@@ -141,7 +138,7 @@ class Follower(Following):
             self._is_settled, drag.answer = settles, composed
             if not settles:
                 self.solve_seconds, self._shown = seconds, wanted
-                if self._wanted is not wanted and self._show_draft(owner):
+                if self._wanted is not wanted and self._show_meanwhile(owner):
                     return
             was_drafted, drag.drafted = drag.drafted is not None, None
             if was_drafted:
@@ -159,14 +156,12 @@ class Follower(Following):
 
         return work
 
-    def _patience(self):
-        has_drafts = self._drag is not None and self._drag.has_drafts
-        return QUICK_SECONDS if has_drafts else super()._patience()
+    def _fail(self, obj, error, wanted):
+        super()._fail(obj, error, wanted)
+        if self.problem is not None:
+            self.take_back(obj)
 
     def _show_meanwhile(self, obj):
-        self._show_draft(obj)
-
-    def _show_draft(self, obj):
         """Whether the mesh shows a draft of what is wanted."""
         drag, wanted = self._drag, self._wanted
         if drag is None or wanted.weights is not None:

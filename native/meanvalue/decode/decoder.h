@@ -74,7 +74,7 @@ class Decoder {
     /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
     /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
     /// exception. @param workspace made by this decoder; after an exception it remembers no new
-    /// answer, and less of the way to the old one.
+    /// answer, and less of the way to the old one; what it has asked of the bound mesh it keeps.
     /// The same bits for any number of threads; they depend on solves before in a drag only.
     /// @throws Cancelled, SolverFailure.
     virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,

@@ -10,6 +10,9 @@ namespace {
 constexpr double kLeastMove = 0.01;
 // Of the size: smaller ones are lost in the coarsest level's tolerance.
 constexpr double kLeastCoarseMove = 1e-3;
+// Of the way: the coarsest level's answer is its own, and not that of a shape that came to rest, where the initial
+// Hessian's is so near.
+constexpr double kSoundCoarse = 0.8;
 
 }  // namespace
 
@@ -49,19 +52,21 @@ double FastSolve::least_move() const {
 /// Keeps the initial Hessian's answers to handles that begin to move. @param moves d x 3.
 void FastSolve::ask_for_responses(const Positions& moves) {
     if (!work_.levels.front().energy.soft_weights.empty()) return;
-    const std::vector<Index> handles = work_.responses.unknown(moves, least_move());
+    const std::vector<Index> moving = work_.responses.moving(moves, least_move());
+    const std::vector<Index> handles = work_.responses.unknown(moving);
     if (handles.empty()) return;
     const auto hessian = [&](const Positions& moved) {
         return hessian_answer(whole(), whole().bound.stages.size() - 1, moved);
     };
     std::vector<HandleResponses::Fields> fields = work_.responses.ask(handles, hessian);
     const std::lock_guard<std::mutex> lock(work_.drafting);
-    work_.responses.keep(handles, std::move(fields));
+    work_.responses.keep(handles, std::move(fields), moving);
 }
 
 void FastSolve::begin_drag(const Positions& previous) {
     const std::lock_guard<std::mutex> lock(work_.drafting);
-    work_.predictor.begin(previous, drivers_of(whole().bound, previous, soft_targets()));
+    work_.predictor.begin(
+        previous, drivers_of(whole().bound, previous, work_.predictor.soft_drivers(previous, soft_targets())));
     work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
 }
 
@@ -80,13 +85,15 @@ void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& p
     const Positions soft = level.bound.energy->soft_constraints().rows_of(before);
     const Positions coarse_moves = drivers_of(level.bound, after, soft) - drivers_of(level.bound, before, soft);
     respond(level, level.bound.stages.size() - 1, coarse_moves, after);
+    const Positions answered = after;
     relax(level, after);
+    const bool is_sound = (after - answered).norm() < kSoundCoarse * (after - before).norm();
     for (Positions* const shape : {&before, &after}) {
         for (auto coarse = problem_.hierarchy.levels.rbegin(); coarse != problem_.hierarchy.levels.rend(); ++coarse)
             coarse->splits.carry(problem_.region.positions, *shape, threads_, execution_);
     }
     const std::lock_guard<std::mutex> lock(work_.drafting);
-    work_.predictor.suppose(after - before, moves);
+    work_.predictor.suppose(after - before, moves, is_sound);
 }
 
 /// Goes on from the last answer of a drag, as the answers before predict, or from another shape. What the drivers
@@ -110,7 +117,7 @@ void FastSolve::start_warm(const Positions& previous, Positions& positions) {
         positions.row(v) = start.row(v);
     if (moves.size() > 0 && !(moves.cwiseAbs().maxCoeff() <= least_move()))
         respond(whole(), level.stages.size() - 1, moves, positions);
-    work_.predictor.expect(positions);
+    if (options_.in_drag) work_.predictor.expect(positions);
 }
 
 }  // namespace meanvalue

@@ -44,7 +44,9 @@ AffineMove affine_fit(const Positions& places, const std::vector<Index>& rows, c
         shared += place * moves.row(k);
     }
     AffineMove move;
-    move.topRows<3>() = spread.ldlt().solve(shared);
+    const Eigen::LDLT<Matrix3> factor = spread.ldlt();
+    for (int c = 0; c < 3; ++c)  // column by column: solves for matrices have the bits of a processor
+        move.col(c).head<3>() = factor.solve(shared.col(c));
     move.row(kTranslation) = translation.transpose();
     return move;
 }
@@ -74,19 +76,25 @@ DrivingHandles::DrivingHandles(const Positions& rest, const std::vector<Index>& 
     }
 }
 
-std::vector<Index> HandleResponses::unknown(const Positions& moves, double least) const {
+std::vector<Index> HandleResponses::moving(const Positions& moves, double least) const {
     std::vector<Index> found;
     for (std::size_t handle = 0; handle < handles_->pieces.size(); ++handle) {
-        const bool is_known = std::any_of(known_.begin(), known_.end(), [&](const Known& known) {
-            return static_cast<std::size_t>(known.handle) == handle;
-        });
-        if (is_known) continue;
         const std::vector<Index>& rows = handles_->pieces[handle];
         const bool moves_too = std::any_of(rows.begin(), rows.end(),
                                            [&](Index k) { return moves.row(k).cwiseAbs().maxCoeff() > least; });
         if (moves_too) found.push_back(static_cast<Index>(handle));
     }
-    if (known_.size() + found.size() > kMostHandles) found.clear();
+    if (found.size() > kMostHandles) found.clear();
+    return found;
+}
+
+std::vector<Index> HandleResponses::unknown(const std::vector<Index>& handles) const {
+    std::vector<Index> found;
+    for (const Index handle : handles) {
+        const bool is_known =
+            std::any_of(known_.begin(), known_.end(), [&](const Known& known) { return known.handle == handle; });
+        if (!is_known) found.push_back(handle);
+    }
     return found;
 }
 
@@ -121,7 +129,12 @@ std::vector<HandleResponses::Fields> HandleResponses::ask(const std::vector<Inde
     return fields;
 }
 
-void HandleResponses::keep(const std::vector<Index>& handles, std::vector<Fields> fields) {
+void HandleResponses::keep(const std::vector<Index>& handles, std::vector<Fields> fields,
+                           const std::vector<Index>& moving) {
+    for (auto known = known_.begin(); known != known_.end() && known_.size() + handles.size() > kMostHandles;) {
+        const bool moves_too = std::find(moving.begin(), moving.end(), known->handle) != moving.end();
+        known = moves_too ? std::next(known) : known_.erase(known);
+    }
     for (std::size_t number = 0; number < handles.size(); ++number)
         known_.push_back({handles[number], std::move(fields[number])});
 }

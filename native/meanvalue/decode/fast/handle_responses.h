@@ -32,12 +32,16 @@ class HandleResponses {
     HandleResponses() = default;
     explicit HandleResponses(const DrivingHandles& handles) : handles_(&handles) {}
 
-    /// Numbers of the handles of which some driver moves by more than `least` and that have not been asked for; empty
-    /// where they are too many to be kept. @param moves d x 3.
-    std::vector<Index> unknown(const Positions& moves, double least) const;
-    /// The fields of handles, to be kept(): two or three solves for one.
+    /// Numbers of the handles of which some driver moves by more than `least`; none where they are too many to be
+    /// kept.
+    /// @param moves d x 3.
+    std::vector<Index> moving(const Positions& moves, double least) const;
+    /// Those of `handles` that have not been asked for.
+    std::vector<Index> unknown(const std::vector<Index>& handles) const;
+    /// The fields of handles, to be kept(): two solves for one, a third of one where it is a point.
     std::vector<Fields> ask(const std::vector<Index>& handles, const Hessian& hessian) const;
-    void keep(const std::vector<Index>& handles, std::vector<Fields> fields);
+    /// Keeps fields of handles that are all moving(). Others go where they would be too many.
+    void keep(const std::vector<Index>& handles, std::vector<Fields> fields, const std::vector<Index>& moving);
     void forget() { known_.clear(); }
 
     /// Moves the free vertices in `positions` (n x 3) as far as handles are known and their moves affine.

@@ -14,11 +14,12 @@ constexpr std::size_t kMostChanges = 6;
 // the end of a solve left, and would be blown up.
 constexpr double kLeastNew = 0.3;
 // A prediction goes at most so many times as far along a direction as the change went. Where no change leads so far,
-// as when a hand has just begun to move, those of at least this share of the size go farther: what the ends of solves
-// leave is little beside them.
+// as when a hand has just begun to move, those go farther that are at least this share of the size and were foreseen
+// within this share of the way: they hold little of what the ends of solves leave.
 constexpr double kFarthest = 3.0;
 constexpr double kLarge = 1e-3;
-constexpr double kFarthestOfLarge = 100.0;
+constexpr double kSound = 0.5;
+constexpr double kFarthestOfSound = 100.0;
 // The largest share of a move that the changes may leave unexplained: beyond it the initial Hessian predicts better.
 constexpr double kMostLeft = 0.5;
 // A shape is near another if no vertex is farther off than this share of the size.
@@ -35,11 +36,13 @@ double dot(const Positions& a, const Positions& b) {
 void SecantPredictor::forget() {
     is_answer_ = supposes_ = false;
     changes_.clear();
+    answer_.resize(0, 3);
 }
 
 void SecantPredictor::begin(const Positions& previous, const Positions& drivers) {
     end();
-    if (!changes_.empty() && (supposes_ || !is_near(previous))) forget();
+    if (!changes_.empty() && (supposes_ || !is_near(previous))) changes_.clear();
+    supposes_ = false;
     answer_ = previous;
     drivers_ = drivers;
     is_good_ = true;
@@ -75,7 +78,8 @@ std::vector<double> SecantPredictor::shares_of(const Positions& move) const {
     for (std::size_t k = 0; k < changes_.size(); ++k)
         go_along(k, kFarthest);
     for (std::size_t k = 0; k < changes_.size(); ++k)
-        if (changes_[k].drivers.cwiseAbs().maxCoeff() > kLarge * size_) go_along(k, kFarthestOfLarge);
+        if (changes_[k].is_sound && changes_[k].drivers.cwiseAbs().maxCoeff() > kLarge * size_)
+            go_along(k, kFarthestOfSound);
     // Written so that what is not a number is not near.
     if (!(left.norm() < kMostLeft * move.norm())) shares.clear();
     return shares;
@@ -103,6 +107,11 @@ Positions SecantPredictor::predict(const Positions& goal, Positions& positions, 
     return drivers;
 }
 
+Positions SecantPredictor::soft_drivers(const Positions& shape, const Positions& otherwise) const {
+    const bool is_known = otherwise.rows() > 0 && answer_.rows() == shape.rows() && is_near(shape);
+    return is_known ? Positions(drivers_.bottomRows(otherwise.rows())) : otherwise;
+}
+
 bool SecantPredictor::is_near(const Positions& shape) const {
     for (Index k = 0; k < shape.rows(); k += kSampled)
         if (!((shape.row(k) - answer_.row(k)).cwiseAbs().maxCoeff() <= kNear * size_)) return false;
@@ -115,18 +124,19 @@ void SecantPredictor::expect(const Positions& positions) {
         expected_.row(k) = positions.row(kSampled * k);
 }
 
-void SecantPredictor::judge(const Positions& answer) {
+/// Whether an answer is within a share of the way from the last one of where its solve began; root mean squares.
+bool SecantPredictor::is_foreseen(const Positions& answer, double share) const {
     double missed = 0.0;
     double moved = 0.0;
     for (Index k = 0; k < expected_.rows(); ++k) {
         missed += (answer.row(kSampled * k) - expected_.row(k)).squaredNorm();
         moved += (answer.row(kSampled * k) - answer_.row(kSampled * k)).squaredNorm();
     }
-    is_good_ = missed <= moved;
+    return missed <= share * share * moved;
 }
 
-void SecantPredictor::suppose(const Positions& shape, const Positions& moves) {
-    add(shape, moves);
+void SecantPredictor::suppose(const Positions& shape, const Positions& moves, bool is_sound) {
+    add(shape, moves, is_sound);
     supposes_ = true;
 }
 
@@ -134,8 +144,8 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
     is_answer_ = false;
     if (std::exchange(supposes_, false)) changes_.pop_front();
     if (drivers != drivers_) {
-        judge(answer);
-        add(answer - answer_, drivers - drivers_);
+        is_good_ = is_foreseen(answer, 1.0);
+        add(answer - answer_, drivers - drivers_, is_foreseen(answer, kSound));
     }
     answer_ = answer;
     drivers_ = drivers;
@@ -143,7 +153,7 @@ void SecantPredictor::note(const Positions& answer, const Positions& drivers) {
 }
 
 /// The latest change.
-void SecantPredictor::add(const Positions& shape, const Positions& moves) {
+void SecantPredictor::add(const Positions& shape, const Positions& moves, bool is_sound) {
     Change change;
     if (changes_.size() == kMostChanges) {
         change = std::move(changes_.back());
@@ -154,6 +164,7 @@ void SecantPredictor::add(const Positions& shape, const Positions& moves) {
     for (std::size_t n = 0; n < numbers; ++n)
         change.shape[n] = static_cast<float>(shape.data()[n] / size_);
     change.drivers = moves;
+    change.is_sound = is_sound;
     changes_.push_front(std::move(change));
 }
 

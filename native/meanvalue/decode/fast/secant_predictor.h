@@ -32,9 +32,12 @@ class SecantPredictor {
     /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are
     /// then.
     Positions predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
+    /// Where the soft drivers were for `shape` (n x 3), if that is near the last answer; else `otherwise` (s x 3).
+    Positions soft_drivers(const Positions& shape, const Positions& otherwise) const;
     bool has_changes() const { return !changes_.empty(); }
     /// A change of shape (n x 3) by moves of the drivers (d x 3) that counts until the next answer.
-    void suppose(const Positions& shape, const Positions& moves);
+    /// @param is_sound that little else is in it: see Change.
+    void suppose(const Positions& shape, const Positions& moves, bool is_sound);
     /// Before the solve: where it begins, n x 3.
     void expect(const Positions& positions);
 
@@ -49,12 +52,15 @@ class SecantPredictor {
     struct Change {
         std::vector<float> shape;  // 3 n, in sizes
         Positions drivers;         // d x 3
+        // It was foreseen well, so that it tells of the drivers, and not of a shape that came to rest meanwhile: it
+        // may lead far.
+        bool is_sound = false;
     };
 
     std::vector<double> shares_of(const Positions& move) const;
     bool is_near(const Positions& shape) const;
-    void judge(const Positions& answer);
-    void add(const Positions& shape, const Positions& moves);
+    bool is_foreseen(const Positions& answer, double share) const;
+    void add(const Positions& shape, const Positions& moves, bool is_sound);
 
     double size_ = 1.0;
     bool is_answer_ = false;      // what answer_ is, and not only where a solve began that was cancelled
