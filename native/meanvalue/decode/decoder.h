@@ -82,7 +82,8 @@ class Decoder {
 
     /// What decode() is going to give in a drag, as far as the answers before tell: as decode(), but at once, also
     /// while it is at work with the same workspace.
-    /// @return false, and nothing is written, where too little is known of such a move.
+    /// @param positions receives the free vertices; others are left in any state. @return false where too little is
+    /// known of such a move.
     virtual bool draft(const DecodeOptions& /*options*/, Workspace& /*workspace*/, Positions& /*positions*/,
                        const Execution& /*execution*/) const {
         return false;

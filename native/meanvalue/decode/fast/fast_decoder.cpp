@@ -200,13 +200,10 @@ bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Posi
     const int threads = threads_for(options);
     const Positions goal =
         drivers_of(level, positions, level.energy->soft_constraints().targets_of(*options.targets));
-    Positions shape = work.predictor.shape();
-    Positions left = goal - work.predictor.predict(goal, shape, threads, execution);
-    work.responses.answer(left, level.unknowns, shape, threads, execution);
-    if (left.size() == 0 || !(left.cwiseAbs().maxCoeff() <= kMostLeft * problem_.size)) return false;
-    for (const Index v : level.unknowns.free)
-        positions.row(v) = shape.row(v);
-    return true;
+    positions = work.predictor.shape();
+    Positions left = goal - work.predictor.predict(goal, positions, threads, execution);
+    work.responses.answer(left, level.unknowns, positions, threads, execution);
+    return left.size() > 0 && left.cwiseAbs().maxCoeff() <= kMostLeft * problem_.size;
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {
