@@ -74,8 +74,8 @@ SECTIONS = (
         "follow",
         "A drag as a hand makes it",
         "60 steps a second, from rest. *Shown*: the mesh is where the control is when the next step comes, by an "
-        "answer or a draft. *Off*: the largest rms distances from the settled shape in the first half second and in the next, "
-        "in diagonals.",
+        "answer or a draft. *Off*: the largest rms distances from the settled shape in the first half second and in "
+        "the next, in diagonals.",
     ),
     Section(
         "bind",
