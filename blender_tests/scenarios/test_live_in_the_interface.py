@@ -63,21 +63,21 @@ def dragged(timers, part, monkeypatch):
     return obj, control, gate
 
 
-def test_what_takes_long_is_predicted_meanwhile(timers, dragged):
+def test_what_takes_long_is_shown_as_a_draft_meanwhile(timers, dragged):
     obj, control, gate = dragged
     gate.finished = False
     move(control, (0.2, 0.0, 0.0))
-    foreseen = shown(obj)
+    draft = shown(obj)
     assert not is_settled(obj)
-    assert np.abs(foreseen[TOP, 0] - rest(obj)[TOP, 0] - 0.8).max() < 1e-6
+    assert np.abs(draft[TOP, 0] - rest(obj)[TOP, 0] - 0.8).max() < 1e-6
     gate.finished = True
     timers.run(0.1)
     assert is_settled(obj)
-    off = np.linalg.norm(shown(obj) - foreseen, axis=1)
+    off = np.linalg.norm(shown(obj) - draft, axis=1)
     assert 0.0 < off.max() < 0.02  # of a move by 0.2
 
 
-def test_two_meshes_are_predicted_each_by_its_own_answers(timers, part, dragged):
+def test_two_meshes_have_drafts_each_by_its_own_answers(timers, part, dragged):
     obj, control, gate = dragged
     other, its_control = handles.tube("Other")
     for _answer in range(3):
@@ -87,17 +87,17 @@ def test_two_meshes_are_predicted_each_by_its_own_answers(timers, part, dragged)
     gate.finished = False
     move(control, (0.2, 0.0, 0.0))
     move(its_control, (0.0, 0.1, 0.0))
-    foreseen = [(each, shown(each)) for each in (obj, other)]
-    for (each, shape), offset in zip(foreseen, ((0.8, 0.0, 0.0), (0.0, 0.4, 0.0)), strict=True):
+    drafts = [(each, shown(each)) for each in (obj, other)]
+    for (each, shape), offset in zip(drafts, ((0.8, 0.0, 0.0), (0.0, 0.4, 0.0)), strict=True):
         assert np.abs(shape[TOP] - rest(each)[TOP] - offset).max() < 1e-6
     gate.finished = True
     timers.run(0.1)
-    for each, shape in foreseen:
+    for each, shape in drafts:
         assert is_settled(each)
         assert 0.0 < np.linalg.norm(shown(each) - shape, axis=1).max() < 0.02
 
 
-def test_what_was_predicted_gives_way_to_the_last_answer_when_live_is_turned_off(dragged):
+def test_a_draft_gives_way_to_the_last_answer_when_live_is_turned_off(dragged):
     obj, control, gate = dragged
     answer = shown(obj)
     gate.finished = False
@@ -106,6 +106,42 @@ def test_what_was_predicted_gives_way_to_the_last_answer_when_live_is_turned_off
     obj.meanvalue.live = False
     update()
     assert np.array_equal(shown(obj), answer)
+
+
+def test_a_draft_gives_way_to_the_last_answer_where_the_solve_fails(timers, part, dragged, monkeypatch):
+    obj, control, gate = dragged
+    answer = shown(obj)
+
+    def failing_steps(*_arguments, **_options):
+        yield gate
+        raise part("errors").SolverError("There is no way there")
+
+    monkeypatch.setattr(part("solver.session"), "solve_steps", failing_steps)
+    gate.finished = False
+    move(control, (0.2, 0.0, 0.0))
+    assert np.abs(shown(obj) - answer).max() > 0.1
+    gate.finished = True
+    timers.run(0.1)
+    assert part("live.engine").status(obj) == ("Waiting: There is no way there.", True)
+    assert np.array_equal(shown(obj), answer)
+
+
+def test_a_draft_is_symmetric_where_answers_are(timers, part, dragged):
+    obj, control, gate = dragged
+    obj.meanvalue.symmetric = 'Y'
+    for _answer in range(3):
+        move(control, (0.2, 0.0, 0.0))
+        while part("live.roll").follower_of(obj).wait(obj) < 0.1:
+            timers.step()
+    answer = shown(obj)
+    gate.finished = False
+    move(control, (0.2, 0.0, 0.0))
+    draft = shown(obj)
+    assert np.abs(draft - answer).max() > 0.1
+    mirror = np.array([1.0, -1.0, 1.0])
+    distances = np.linalg.norm(rest(obj)[:, None] - mirror * rest(obj)[None], axis=2)
+    assert distances.min(axis=1).max() < 1e-5
+    assert np.abs(draft - mirror * draft[distances.argmin(axis=1)]).max() < 1e-5
 
 
 def test_without_live_no_timer_runs(timers):

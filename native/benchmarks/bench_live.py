@@ -181,11 +181,11 @@ class Scene:
         """
         began = time.perf_counter()
         self.follower.follow(self.obj)
-        self.predicted = None
+        self.drafted = None
         if self.is_caught_up():
             return False
         if self.follower._drafted() is not None:
-            self.predicted = time.perf_counter() - began
+            self.drafted = time.perf_counter() - began
         while not self.is_caught_up():
             time.sleep(self.parts["live.following"].TICK_SECONDS)
             self.follower.tick(self.obj)
@@ -229,7 +229,7 @@ class Scene:
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
-        picture = ended - began if self.predicted is None else blender + self.predicted
+        picture = ended - began if self.drafted is None else blender + self.predicted
         return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender, picture])
 
 
