@@ -90,6 +90,7 @@ std::vector<Index> HandlePaths::pieces_of(const std::vector<Index>& vertices) co
             piece_of[vertices_[k]] = static_cast<Index>(piece);
     }
     std::vector<Index> pieces;
+    pieces.reserve(vertices.size());
     for (const Index v : vertices)
         pieces.push_back(piece_of.at(v));
     return pieces;
