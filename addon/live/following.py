@@ -15,9 +15,11 @@ from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import object_model, shape_keys, subject
 from ..solver.job import Job
 
-#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it; and where something
-#: else can be shown meanwhile: evaluating the mesh again takes about as long.
-FRAME_SECONDS, QUICK_SECONDS = 1.0 / 30.0, 0.01
+#: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
+FRAME_SECONDS = 1.0 / 30.0
+
+#: And where something else can be shown: evaluating the mesh once more takes about as long.
+QUICK_SECONDS = 0.01
 
 #: How often a running job is looked at: a solve is noticed late by a tenth of a frame.
 TICK_SECONDS = 0.003
@@ -89,8 +91,7 @@ class Following:
     # What the engine calls
 
     def follow(self, obj):
-        """In a handler: takes the controls where they are. What takes longer than a moment is shown as far as it is
-        known; where nothing is, the mesh is waited for, at most a frame."""
+        """In a handler: takes the controls where they are. Shows a draft, or waits a frame where there is none."""
         running = self._job
         self._advance(obj)
         is_new = self._job is not running  # none is waited for again
@@ -98,7 +99,7 @@ class Following:
             self._wait_for_job(obj, QUICK_SECONDS)
         is_waiting = self._job is not None and self.problem is None and not self._is_shown(obj)
         if is_waiting and not (self._has_key(obj) and self._show_meanwhile(obj)) and is_new:
-            self._wait_for_job(obj, FRAME_SECONDS)
+            self._wait_for_job(obj, FRAME_SECONDS - QUICK_SECONDS)
 
     def tick(self, obj):
         """In a timer: collects what is finished and starts what is next."""

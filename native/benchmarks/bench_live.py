@@ -229,7 +229,7 @@ class Scene:
         ended = time.perf_counter()
         blender = (moved - began) + (evaluated - followed)
         addon = (followed - moved) + (ended - evaluated) - self.native - self.transfer
-        picture = ended - began if self.drafted is None else blender + self.predicted
+        picture = ended - began if self.drafted is None else blender + self.drafted
         return 1e3 * np.array([ended - began, self.native, self.transfer, addon, blender, picture])
 
 

@@ -186,6 +186,20 @@ TEST(Draft, SoftHandlesHaveSomeToo) {
     EXPECT_FALSE(drag.draft(bent.at(0.4))) << "they do not count fully";
 }
 
+TEST(Draft, TheSecondSolveOfSoftHandlesBeginsWithTheirMove) {
+    const Bend bent;
+    Binding binding = binding_of(bent.mesh, bent.anchors, Method::kFast, 1);
+    binding.strengths.assign(bent.anchors.size(), 10.0);
+    const auto deformer = tests::bound(binding);
+    Deformer::Drag drag(*deformer, PositionsView(bent.mesh.vertices));
+    const Positions first = solve_next(drag, bent.at(0.1)).vertices;
+    SolveOptions no_steps;
+    no_steps.max_iterations = 0;
+    const Positions start = solve_next(drag, bent.at(0.2), no_steps).vertices;
+    const Positions answer = solve_next(drag, bent.at(0.2)).vertices;
+    EXPECT_LT(rms(start, answer), 0.6 * rms(first, answer));
+}
+
 TEST(Draft, TargetsThatNoSolveTakesAreRefused) {
     const Bend bent;
     const auto deformer = bent.bound();

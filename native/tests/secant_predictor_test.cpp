@@ -173,6 +173,20 @@ TEST(SecantPredictor, AChangeThatWasNotForeseenDoesNotLeadFar) {
     }
 }
 
+TEST(SecantPredictor, ASoundChangeDoesNotLeadAnUnsoundOneFar) {
+    const Shape shape;
+    SecantPredictor predictor;
+    begins(predictor, shape.at(0, 0), Shape::drivers(0, 0));
+    predictor.note(shape.at(0.0095, 0.0031), Shape::drivers(0.0095, 0.0031));
+    predictor.expect(shape.at(0.0095, 0.0031));
+    Positions here = shape.at(0.0195, 0.0031);
+    here.col(1).array() += 0.01;  // it came to rest meanwhile
+    predictor.note(here, Shape::drivers(0.0195, 0.0031));
+    Positions expected = here;
+    predictor.predict(Shape::drivers(0.0195, 0.3), here, 1, Execution());
+    EXPECT_LT(largest_distance(here, expected), 0.1);
+}
+
 TEST(SecantPredictor, AnOlderChangeThatGoesFarEnoughLeadsBeforeASmallOne) {
     // The small one is bent as if the end of a solve had gone on.
     const Shape shape;

@@ -70,7 +70,7 @@ class Follower(Following):
         return np.concatenate(found) if found else np.empty(0)
 
     def is_settled(self, obj):
-        return super().is_settled(obj) and self._drafted() is None
+        return super().is_settled(obj) and (self.problem is not None or self._drafted() is None)
 
     def take_back(self, obj):
         """A draft gives way to the last answer, where none is to follow."""

@@ -11,8 +11,8 @@ namespace meanvalue {
 
 /// A cold start, from rest: on the coarsest level, stiff first and then less and less, and along the handles' screws
 /// where they rotate far, whichever ends lower; from there to finer levels. A warm start, from an earlier answer as
-/// while dragging: what the last answers predict, and the initial Hessian's answer to what the drivers have moved
-/// besides. Then the whole mesh is minimized to the tolerance.
+/// while dragging: what the last answers predict, or before there are any the coarsest level; and the initial
+/// Hessian's answer to what the drivers have moved besides. Then the whole mesh is minimized to the tolerance.
 class FastSolve {
   public:
     /// @pre all outlive it.

@@ -10,8 +10,7 @@ namespace {
 constexpr double kLeastMove = 0.01;
 // Of the size: smaller ones are lost in the coarsest level's tolerance.
 constexpr double kLeastCoarseMove = 1e-3;
-// Of the way: the coarsest level's answer is its own, and not that of a shape that came to rest, where the initial
-// Hessian's is so near.
+// The coarsest level's change is sound if the initial Hessian's answer is within this share of the way from it.
 constexpr double kSoundCoarse = 0.8;
 
 }  // namespace
@@ -74,7 +73,10 @@ void FastSolve::begin_drag(const Positions& previous) {
 /// where the initial Hessian's answer is a half. @param moves d x 3; @param goal n x 3, its fixed vertices.
 void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal) {
     const bool is_worth_it = moves.size() > 0 && moves.cwiseAbs().maxCoeff() > kLeastCoarseMove * problem_.size;
-    if (!is_worth_it || problem_.levels.size() < 2 || !work_.levels.front().energy.soft_weights.empty()) return;
+    // The levels pull soft anchors to where they go, so that the shape before is not known.
+    const bool has_soft_moves = !moves.bottomRows(soft_targets().rows()).isZero(0.0);
+    const bool has_weights = !work_.levels.front().energy.soft_weights.empty();  // often others in each frame
+    if (!is_worth_it || has_soft_moves || has_weights || problem_.levels.size() < 2) return;
     const Level level = coarsest();
     Positions before = previous;
     relax(level, before);

@@ -1,4 +1,5 @@
-// What free vertices answer to handles that move, by the initial Hessian: asked once, then used frame after frame.
+// What free vertices answer to handles that move, by the initial Hessian: asked when one begins to move, then used
+// frame after frame.
 #pragma once
 
 #include <functional>
@@ -38,7 +39,7 @@ class HandleResponses {
     std::vector<Index> moving(const Positions& moves, double least) const;
     /// Those of `handles` that have not been asked for.
     std::vector<Index> unknown(const std::vector<Index>& handles) const;
-    /// The fields of handles, to be kept(): two solves for one, a third of one where it is a point.
+    /// The fields of handles, to be kept(): two solves for one, a single one for up to three that are points.
     std::vector<Fields> ask(const std::vector<Index>& handles, const Hessian& hessian) const;
     /// Keeps fields of handles that are all moving(). Others go where they would be too many.
     void keep(const std::vector<Index>& handles, std::vector<Fields> fields, const std::vector<Index>& moving);

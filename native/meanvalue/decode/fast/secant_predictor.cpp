@@ -70,9 +70,14 @@ std::vector<double> SecantPredictor::shares_of(const Positions& move) const {
         if (!(next.drivers.norm() > kLeastNew * changes_[k].drivers.norm())) return;
         const double times = dot(next.drivers, left) / next.drivers.squaredNorm();
         if (!(std::abs(times) < farthest)) return;
+        std::vector<double> then = shares;
+        for (std::size_t j = 0; j < shares.size(); ++j) {
+            then[j] += times * next.shares[j];
+            // A sound one that is new beside an unsound one would lead that far as well.
+            if (std::abs(times) > kFarthest && !changes_[j].is_sound && std::abs(then[j]) > kFarthest) return;
+        }
+        shares = std::move(then);
         left -= times * next.drivers;
-        for (std::size_t j = 0; j < shares.size(); ++j)
-            shares[j] += times * next.shares[j];
         directions.push_back(std::move(next));
     };
     for (std::size_t k = 0; k < changes_.size(); ++k)

@@ -32,7 +32,8 @@ class SecantPredictor {
     /// to `goal` (d x 3); nothing moves where that is far from all of them. @return d x 3, where the drivers are
     /// then.
     Positions predict(const Positions& goal, Positions& positions, int threads, const Execution& execution) const;
-    /// Where the soft drivers were for `shape` (n x 3), if that is near the last answer; else `otherwise` (s x 3).
+    /// Where the soft drivers were for `shape` (n x 3), if that is near the last answer and so most likely of the
+    /// same targets; else `otherwise` (s x 3).
     Positions soft_drivers(const Positions& shape, const Positions& otherwise) const;
     bool has_changes() const { return !changes_.empty(); }
     /// A change of shape (n x 3) by moves of the drivers (d x 3) that counts until the next answer.
