@@ -20,6 +20,11 @@ struct Bend {
     std::unique_ptr<Deformer> bound(Method method = Method::kFast, int threads = 1) const {
         return tests::bound(binding_of(mesh, anchors, method, threads));
     }
+    std::unique_ptr<Deformer> soft() const {
+        Binding binding = binding_of(mesh, anchors, Method::kFast, 1);
+        binding.strengths.assign(anchors.size(), 10.0);
+        return tests::bound(binding);
+    }
 };
 
 double rms(const Positions& a, const Positions& b) {
@@ -163,9 +168,7 @@ TEST(Draft, MovesOfManyHandlesAtOnceAreLeftToTheSolver) {
 
 TEST(Draft, SoftHandlesHaveSomeToo) {
     const Bend bent;
-    Binding binding = binding_of(bent.mesh, bent.anchors, Method::kFast, 1);
-    binding.strengths.assign(bent.anchors.size(), 10.0);
-    const auto deformer = tests::bound(binding);
+    const auto deformer = bent.soft();
     Deformer::Drag drag(*deformer, PositionsView(bent.mesh.vertices));
     solve_next(drag, bent.at(0.1));
     const Positions last = solve_next(drag, bent.at(0.2)).vertices;
@@ -188,9 +191,7 @@ TEST(Draft, SoftHandlesHaveSomeToo) {
 
 TEST(Draft, TheSecondSolveOfSoftHandlesBeginsWithTheirMove) {
     const Bend bent;
-    Binding binding = binding_of(bent.mesh, bent.anchors, Method::kFast, 1);
-    binding.strengths.assign(bent.anchors.size(), 10.0);
-    const auto deformer = tests::bound(binding);
+    const auto deformer = bent.soft();
     Deformer::Drag drag(*deformer, PositionsView(bent.mesh.vertices));
     const Positions first = solve_next(drag, bent.at(0.1)).vertices;
     SolveOptions no_steps;

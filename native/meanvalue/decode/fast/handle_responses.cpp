@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 
@@ -15,13 +16,6 @@ namespace {
 constexpr std::size_t kMostHandles = 6;
 
 constexpr Index kTranslation = 3;
-
-Vector3 mean_of(const Positions& positions, const std::vector<Index>& rows) {
-    Vector3 sum = Vector3::Zero();
-    for (const Index k : rows)
-        sum += positions.row(k).transpose();
-    return sum / static_cast<double>(rows.size());
-}
 
 /// Of a handle: a point at `place` moves by moved(move, place) and the last row.
 using AffineMove = Eigen::Matrix<double, 4, 3, Eigen::RowMajor>;
@@ -35,7 +29,7 @@ Eigen::RowVector3d moved(const AffineMove& move, const Place& place) {
 
 /// The affine move nearest to that of some drivers, the least one where they leave it open.
 AffineMove affine_fit(const Positions& places, const std::vector<Index>& rows, const Positions& moves) {
-    const Vector3 translation = mean_of(moves, rows);
+    const Vector3 translation = mean_row(Positions(moves(rows, Eigen::all)));
     Matrix3 spread = kNegligible * static_cast<double>(rows.size()) * Matrix3::Identity();
     Matrix3 shared = Matrix3::Zero();
     for (const Index k : rows) {
@@ -63,7 +57,7 @@ DrivingHandles::DrivingHandles(const Positions& rest, const std::vector<Index>& 
             has_extent.push_back(0);
             continue;
         }
-        const Vector3 middle = mean_of(rest, rows);
+        const Vector3 middle = mean_row(Positions(rest(rows, Eigen::all)));
         double spread = 0.0;
         for (const Index k : rows) {
             places.row(k) = rest.row(k) - middle.transpose();
