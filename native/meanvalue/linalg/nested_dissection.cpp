@@ -12,7 +12,7 @@ namespace meanvalue {
 namespace {
 
 // Vertices of a part that is ordered by minimum degree: more save time and cost fill.
-constexpr Index kSmallPart = 300;
+constexpr Index kSmallPart = 600;
 
 /// A connected part of the graph, and the places in the order that it is to fill.
 struct Part {
