@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <mutex>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
@@ -56,20 +57,45 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
     }
 }
 
-Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, const SharedExecution& execution) {
+/// The deformer that can be used while another is being bound.
+struct Early {
+    std::mutex mutex;
+    std::shared_ptr<Deformer> deformer;
+
+    /// It does not wait: in a forked child the lock may be held for ever.
+    std::shared_ptr<Deformer> get() {
+        const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+        return lock ? deformer : nullptr;
+    }
+    void set(std::shared_ptr<Deformer> other) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        deformer.swap(other);
+    }
+};
+
+Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, bool has_early,
+                   const SharedExecution& execution) {
     const SharedExecution held = execution_or_new(execution);
-    return {held, [binding = std::move(binding), earlier, held]() -> Task::Deliver {
-                wait_for_cancelled_tasks(*held);
-                const auto deformer = std::make_shared<Deformer>(binding, *held, earlier.get());
-                return [deformer] { return py::cast(deformer); };
-            }};
+    const auto early = has_early ? std::make_shared<Early>() : nullptr;
+    const auto work = [binding = std::move(binding), earlier, early, held]() -> Task::Deliver {
+        wait_for_cancelled_tasks(*held);
+        std::function<void(std::shared_ptr<Deformer>)> when_coarse;
+        if (early) when_coarse = [&](std::shared_ptr<Deformer> coarse) { early->set(std::move(coarse)); };
+        const auto forget = [](Early* of) {
+            if (of != nullptr) of->set(nullptr);
+        };
+        const std::unique_ptr<Early, decltype(forget)> at_the_end(early.get(), forget);  // also of a failure
+        const auto deformer = std::make_shared<Deformer>(binding, *held, earlier.get(), when_coarse);
+        return [deformer] { return py::cast(deformer); };
+    };
+    return {held, work, early ? [early] { return py::cast(early->get()); } : Task::Deliver()};
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
-                const std::optional<py::object>& examples, const SharedExecution& execution) {
+                const std::optional<py::object>& examples, bool early, const SharedExecution& execution) {
     Binding binding(PositionsArray(vertices, "vertices").view(),
                     std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
@@ -78,15 +104,16 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
     binding.threads = threads;
     if (examples) binding.examples = own_shapes(*examples, "examples");
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
-    return start_bind_of(std::move(binding), nullptr, execution);
+    return start_bind_of(std::move(binding), nullptr, early, execution);
 }
 
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
-                  const std::optional<py::object>& strengths, Index border, const SharedExecution& execution) {
+                  const std::optional<py::object>& strengths, Index border, bool early,
+                  const SharedExecution& execution) {
     Binding binding = earlier->binding_again();
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
-    return start_bind_of(std::move(binding), earlier, execution);
+    return start_bind_of(std::move(binding), earlier, early, execution);
 }
 
 SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, bool settle,
@@ -186,8 +213,8 @@ void bind_deformer(py::module_& module) {
         define(py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::kw_only(), py::arg("roi") = py::none(),
                py::arg("handles") = py::none(), py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(),
                py::arg("border") = 0, py::arg("loose") = "stay", py::arg("method") = "fast", py::arg("threads") = 0,
-               py::arg("portable") = false, py::arg("examples") = py::none(), py::arg("execution") = py::none(),
-               text.c_str());
+               py::arg("portable") = false, py::arg("examples") = py::none(), py::arg("early") = false,
+               py::arg("execution") = py::none(), text.c_str());
     };
     def_bind(
         [&](const auto&... arguments) { deformer.def(py::init(deformer_of(&start_bind)), arguments...); },
@@ -215,12 +242,14 @@ void bind_deformer(py::module_& module) {
         "method: 'fast' (coarse to fine, to convergence, with rigidity), 'paper' (hierarchical decoding, section\n"
         "3.2; its coarse level by damped Gauss-Newton steps and a Cholesky factor instead of conjugate gradients\n"
         "and bisection) or 'full' (equation 15 to convergence from the rest pose, section 2.3).\n"
-        "threads: 0 for every core; results do not depend on it.\n"
+        "threads: 0 for every core; results do not depend on it. While a large mesh is bound, up to twice as many\n"
+        "may work for a moment.\n"
         "portable: solve with the instructions that every processor of this architecture has. Slower, with the\n"
         "same bits on all of them, as machines of several kinds need that share frames of one clip.\n"
         "examples: (e, n, 3), or a sequence of (n, 3): shapes that the mesh is known to take, however rotated and\n"
         "moved. The mesh then bends as they show it, each place by its own blend of them. Method 'fast' only. Each\n"
         "must differ from the rest shape and from the others.\n"
+        "early: of start_bind(): Task.early can be used meanwhile. It takes some 5 % more memory.\n"
         "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbors that may move,\n"
         "among others), TooLittleMemory where the computer has less than a bind takes, SolverFailure, Cancelled.");
     def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },
@@ -291,7 +320,8 @@ void bind_deformer(py::module_& module) {
         "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
         "Raises InvalidInput, SolverFailure, Cancelled as Deformer().",
         py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
-        py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("execution") = py::none());
+        py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("early") = false,
+        py::arg("execution") = py::none());
     deformer.def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
                                    "BindReport: what bind found, and what it cost.");
     bind_sequence(module, deformer);

@@ -31,8 +31,9 @@ class Task {
     using Deliver = std::function<py::object()>;
 
     /// Starts `work`, which must own all it touches, nothing of Python's among it.
+    /// @param early makes what there is to use before the result, None where there is nothing.
     /// @throws SolverFailure where the system has no thread to spare.
-    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work);
+    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early = {});
 
     bool finished() const;
 
@@ -43,6 +44,8 @@ class Task {
     /// Waits for the end. Where the execution is cancelled it waits no longer: what runs then ends by itself, which
     /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled.
     py::object result() const;
+
+    py::object early() const { return early_ ? early_() : py::none(); }
 
   private:
     /// Another in a forked child.
@@ -59,6 +62,7 @@ class Task {
     };
 
     std::shared_ptr<State> state_;
+    Deliver early_;
 };
 
 /// Cancels all tasks and waits until they have ended: before the process ends.

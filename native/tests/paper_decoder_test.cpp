@@ -48,7 +48,7 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
     Region region{{}, bend.mesh.vertices, bend.mesh.faces, std::vector<char>(bend.mesh.vertex_count(), 0)};
     for (Index v = 0; v < bend.mesh.vertex_count(); ++v)
         region.vertices.push_back(v);
-    const auto shape = encode_shape(std::move(region), {}, 1, execution);
+    const auto shape = encode_shape(std::move(region), 1, execution);
     const std::vector<char> is_fixed = flags(bend.mesh.vertex_count(), bend.anchors);
     const PaperDecoder decoder(with_fixed(shape, is_fixed, {}, execution), 1, execution);
     const auto workspace = decoder.make_workspace(execution);

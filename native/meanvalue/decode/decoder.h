@@ -95,6 +95,8 @@ class Decoder {
     const std::shared_ptr<const RegionShape>& shape() const { return shape_; }
     /// How vertices were removed, or nullptr where none were: EncodedRegion::earlier_removals of the next.
     const std::shared_ptr<const RemovalLog>& removals() const { return removals_; }
+    /// Of the region's vertices, or nullptr: EncodedRegion::elimination_order of the next.
+    const std::shared_ptr<const std::vector<Index>>& elimination_order() const { return elimination_order_; }
     const Timings& bind_timings() const { return bind_timings_; }
     virtual Index row_count() const = 0;  ///< residuals that take part
     /// What was bound and a workspace hold, estimated: what models of 7,000 to 50,000 vertices took for each free
@@ -104,7 +106,10 @@ class Decoder {
     virtual Index longest_ring() const = 0;              ///< in any level, and of any vertex when it was removed
 
   protected:
-    /// Takes all but the earlier removals.
+    /// Finds it where no earlier decoder has. @throws Cancelled.
+    const std::vector<Index>& find_order(int threads, Execution& execution);
+
+    /// Takes all but the earlier removals and `when_coarse`.
     Decoder(EncodedRegion& shape, int threads)
         : region_(std::move(shape.region)),
           threads_(threads),
@@ -113,6 +118,7 @@ class Decoder {
           shape_(std::move(shape.shape)),
           shared_encoding_(std::move(shape.encoding)),
           encoding_(*shared_encoding_),
+          elimination_order_(std::move(shape.elimination_order)),
           bind_timings_(std::move(shape.timings)) {}
 
     int threads_for(const DecodeOptions& options) const { return options.threads > 0 ? options.threads : threads_; }
@@ -125,6 +131,7 @@ class Decoder {
     std::shared_ptr<const Encoding> shared_encoding_;
     const Encoding& encoding_;
     std::shared_ptr<const RemovalLog> removals_;
+    std::shared_ptr<const std::vector<Index>> elimination_order_;
     Timings bind_timings_;
 };
 

@@ -4,11 +4,10 @@
 
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/mesh/extent.h"
-#include "meanvalue/optimise/elimination_order.h"
 
 namespace meanvalue {
 
-std::shared_ptr<const RegionShape> encode_shape(Region region, bool has_order, int threads, Execution& execution,
+std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples) {
     auto shape = std::make_shared<RegionShape>();
     shape->region = std::move(region);
@@ -24,11 +23,6 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, bool has_order, i
         const StageTimer timer(shape->timings, "examples");
         execution.begin_stage("examples");
         shape->examples.emplace(shape->encoding, of, examples, threads, execution);
-    }
-    if (has_order) {
-        const StageTimer timer(shape->timings, "order");
-        execution.begin_stage("order");
-        shape->elimination_order = find_elimination_order(shape->encoding, threads, execution);
     }
     return shape;
 }

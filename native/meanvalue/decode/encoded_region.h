@@ -1,6 +1,7 @@
 // What every method binds first: a region, its rings and its encoding.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,10 +26,11 @@ struct RegionShape {
     OneRings rings;
     Encoding encoding;                      ///< by those rings
     double size = 0.0;                      ///< mean_diagonal()
-    std::vector<Index> elimination_order;   ///< or empty: for methods that have no use for it
     std::optional<ExampleShapes> examples;  ///< or none
     Timings timings;                        ///< seconds by stage
 };
+
+class Decoder;
 
 /// A region with what is fixed in it.
 struct EncodedRegion {
@@ -39,13 +41,16 @@ struct EncodedRegion {
     std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
     InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
     Timings timings;                                         ///< seconds by stage
-    /// The removals of a region of this shape with other fixed vertices, or nullptr: new ones are found along them.
+    /// Of a decoder of this shape with other fixed vertices, or nullptr: new removals are found along them.
     std::shared_ptr<const RemovalLog> earlier_removals;
+    /// That decoder's order of elimination, or nullptr: a new one is found.
+    std::shared_ptr<const std::vector<Index>> elimination_order;
+    /// Where given, receives a decoder by the coarsest level alone as soon as that is bound, on any thread.
+    std::function<void(std::unique_ptr<const Decoder>)> when_coarse;
 };
 
-/// @param has_order whether the method has use for an order of elimination. @param examples of the whole mesh, or
-/// none. @throws Cancelled. Cost: linear, but with an order of elimination that of a nested dissection.
-std::shared_ptr<const RegionShape> encode_shape(Region region, bool has_order, int threads, Execution& execution,
+/// @param examples of the whole mesh, or none. @throws Cancelled. Cost: linear.
+std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples = {});
 
 /// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.

@@ -24,13 +24,14 @@ std::size_t FullDecoder::bytes() const {
 
 FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)), analysed_(instructions_) {
+    const std::vector<Index>& order = find_order(threads_, execution);
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
     system_.emplace(encoding_, unknowns_, execution);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
-    for (const Index number : numbers_in_order(shape_->elimination_order, unknowns_)) {
+    for (const Index number : numbers_in_order(order, unknowns_)) {
         for (Index c = 0; c < 3; ++c)
             columns.push_back(3 * number + c);
     }

@@ -29,7 +29,8 @@ constexpr double kFlatTolerance = 5e-5;
 
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
                                       std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
-                                      std::shared_ptr<const RemovalLog> earlier_removals, int threads,
+                                      const Decoder* earlier,
+                                      std::function<void(std::unique_ptr<const Decoder>)> when_coarse, int threads,
                                       Execution& execution) {
     const Region& region = shape->region;
     const double rigidity = rigidity_of(binding);
@@ -40,7 +41,11 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
         is_soft_there[anchor.vertex] = 1;
     EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
     encoded.instructions = binding.instructions;
-    encoded.earlier_removals = std::move(earlier_removals);
+    if (earlier != nullptr) {
+        encoded.earlier_removals = earlier->removals();
+        encoded.elimination_order = earlier->elimination_order();
+    }
+    encoded.when_coarse = std::move(when_coarse);
     switch (binding.method) {
         case Method::kFast:
             return std::make_unique<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity, threads,
@@ -83,7 +88,8 @@ std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& ve
 
 }  // namespace
 
-BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier)
+BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier,
+                     const std::function<void(std::unique_ptr<const BoundMesh>)>& when_coarse)
     : method_(binding.method),
       instructions_(binding.instructions),
       loose_(binding.loose),
@@ -125,8 +131,15 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     std::vector<char> is_fixed_there = rows_of(is_fixed_, region_vertices_);
     report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
     const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
-    decoder_ = make_decoder(binding, is_soft, shape, std::move(is_fixed_there),
-                            is_same_shape ? earlier->decoder().removals() : nullptr, threads_, execution);
+    const auto hand_on = [&](std::unique_ptr<const Decoder> coarse) {
+        std::unique_ptr<BoundMesh> early(new BoundMesh(*this));
+        early->decoder_ = std::move(coarse);
+        early->fill_report(components);
+        when_coarse(std::move(early));
+    };
+    decoder_ = make_decoder(
+        binding, is_soft, shape, std::move(is_fixed_there), is_same_shape ? &earlier->decoder() : nullptr,
+        when_coarse ? hand_on : std::function<void(std::unique_ptr<const Decoder>)>(), threads_, execution);
     if (!is_same_shape) report_.timings.insert(shape->timings.begin(), shape->timings.end());
     fill_report(std::move(components));
 }
@@ -146,7 +159,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     if (is_same) return earlier->decoder().shape();
     // The paper's methods keep the caller's order, which their queue breaks ties by.
     if (method_ == Method::kFast) region = in_spatial_order(region, execution);
-    return encode_shape(std::move(region), method_ != Method::kPaper, threads_, execution, mesh_->examples);
+    return encode_shape(std::move(region), threads_, execution, mesh_->examples);
 }
 
 Binding BoundMesh::binding_again() const {

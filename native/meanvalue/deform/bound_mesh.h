@@ -1,6 +1,7 @@
 // One bound mesh: what depends on the rest shape, the anchor set and the region of influence is done once.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -33,8 +34,9 @@ class BoundMesh {
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
     /// anchor named twice, rings that are too long (require_short_rings()), ...),
     ///         SolverFailure, Cancelled.
-    BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier = nullptr);
-    BoundMesh(const BoundMesh&) = delete;
+    /// @param when_coarse see Deformer.
+    BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier = nullptr,
+              const std::function<void(std::unique_ptr<const BoundMesh>)>& when_coarse = {});
     BoundMesh& operator=(const BoundMesh&) = delete;
 
     const Decoder& decoder() const { return *decoder_; }
@@ -74,6 +76,8 @@ class BoundMesh {
     const LooseParts& loose_parts() const { return loose_parts_; }
 
   private:
+    BoundMesh(const BoundMesh&) = default;
+
     std::shared_ptr<const RegionShape> shape_for(const Components& components, const BoundMesh* earlier,
                                                  Execution& execution);
     void fill_report(Components components);
@@ -92,7 +96,7 @@ class BoundMesh {
     std::vector<Index> anchor_rows_;      // k: the decoder's vertex of each anchor, or -1
     LooseParts loose_parts_;
     BindReport report_;
-    std::unique_ptr<const Decoder> decoder_;
+    std::shared_ptr<const Decoder> decoder_;
 };
 
 }  // namespace meanvalue

@@ -17,8 +17,7 @@ Solution& Solution::operator=(Solution&&) noexcept = default;
 Solution::~Solution() = default;
 
 struct Deformer::State {
-    State(const Binding& binding, Execution& execution, const BoundMesh* earlier)
-        : bound(binding, execution, earlier) {}
+    explicit State(std::unique_ptr<const BoundMesh> mesh) : bound(std::move(mesh)) {}
 
     /// Neither of these waits: in a forked child the lock may be held for ever.
     std::unique_ptr<Workspace> take_workspace(const Execution& execution) {
@@ -26,14 +25,14 @@ struct Deformer::State {
             const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
             if (lock && idle) return std::move(idle);
         }
-        return bound.decoder().make_workspace(execution);
+        return bound->decoder().make_workspace(execution);
     }
     void keep_workspace(std::unique_ptr<Workspace> workspace) {
         const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
         if (lock) idle = std::move(workspace);
     }
 
-    const BoundMesh bound;
+    const std::unique_ptr<const BoundMesh> bound;
     std::mutex mutex;
     std::unique_ptr<Workspace> idle;  // of the last solve, for the next: to take its memory again costs a part of one
 };
@@ -48,8 +47,17 @@ struct Deformer::Drag::State {
     std::unique_ptr<Workspace> workspace;
 };
 
-Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier)
-    : state_(std::make_unique<State>(binding, execution, earlier == nullptr ? nullptr : &earlier->bound())) {}
+Deformer::Deformer(std::unique_ptr<const BoundMesh> bound) : state_(std::make_unique<State>(std::move(bound))) {}
+
+Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer* earlier,
+                   const std::function<void(std::shared_ptr<Deformer>)>& when_coarse) {
+    const auto hand_on = [&](std::unique_ptr<const BoundMesh> early) {
+        when_coarse(std::shared_ptr<Deformer>(new Deformer(std::move(early))));
+    };
+    state_ = std::make_unique<State>(std::make_unique<const BoundMesh>(
+        binding, execution, earlier == nullptr ? nullptr : &earlier->bound(),
+        when_coarse ? hand_on : std::function<void(std::unique_ptr<const BoundMesh>)>()));
+}
 
 Deformer::Deformer(const Binding& binding) : Deformer(binding, *std::make_unique<Execution>()) {}
 
@@ -64,7 +72,7 @@ const BindReport& Deformer::report() const {
 }
 
 const BoundMesh& Deformer::bound() const {
-    return state_->bound;
+    return *state_->bound;
 }
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,

@@ -1,6 +1,7 @@
 // Solving on a bound mesh, from any number of threads.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,8 +62,14 @@ struct Solution {
 class Deformer {
   public:
     /// @param earlier a deformer to share parts with, or nullptr. Both stay usable; destroy them in any order.
-    /// @pre `binding` is one of its binding_again() then. @throws as BoundMesh.
-    Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr);
+    /// @pre `binding` is one of its binding_again() then.
+    /// @param when_coarse where given, and where the method is kFast and the mesh large enough for coarse levels:
+    /// receives an early deformer while the rest is being bound, on any thread. It solves by the coarsest level alone
+    /// and carries the rest along: 5 to 35 % of the way off, anchors at their targets, no drafts. It keeps what it
+    /// needs.
+    /// @throws as BoundMesh.
+    Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr,
+             const std::function<void(std::shared_ptr<Deformer>)>& when_coarse = {});
     explicit Deformer(const Binding& binding);
     ~Deformer();
 
@@ -120,6 +127,8 @@ class Deformer {
 
   private:
     struct State;
+
+    explicit Deformer(std::unique_ptr<const BoundMesh> bound);
 
     /// @param region the decoder's vertices that the solve begins at, none: at rest; receives those of the result.
     Solution solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,

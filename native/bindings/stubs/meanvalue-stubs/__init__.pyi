@@ -75,6 +75,7 @@ class Deformer:
         threads: int = 0,
         portable: bool = False,
         examples: ArrayLike | None = None,
+        early: bool = False,
         execution: Execution | None = None,
     ) -> None: ...
     def drag(self, start: ArrayLike | None = None) -> Drag: ...
@@ -86,6 +87,7 @@ class Deformer:
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
         border: int = 0,
+        early: bool = False,
         execution: Execution | None = None,
     ) -> Deformer: ...
     @property
@@ -123,6 +125,7 @@ class Deformer:
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
         border: int = 0,
+        early: bool = False,
         execution: Execution | None = None,
     ) -> Task: ...
     def start_solve(
@@ -353,6 +356,8 @@ class TooLittleMemory(MemoryError): ...
 
 class Task:
     @property
+    def early(self) -> Deformer | None: ...
+    @property
     def finished(self) -> bool: ...
     def result(self) -> Any: ...
     def wait(self, seconds: float | None = None) -> bool: ...
@@ -387,6 +392,7 @@ def start_bind(
     threads: int = 0,
     portable: bool = False,
     examples: ArrayLike | None = None,
+    early: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...
 def start_bind_morph(

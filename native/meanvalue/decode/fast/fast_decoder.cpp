@@ -38,7 +38,7 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
         is_soft[anchor.vertex] = is_anchor[anchor.vertex] = 1;
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
-    problem_.handles = std::make_unique<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
+    problem_.handles = std::make_shared<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
     std::vector<double> from_stiff = {rigidity};
     if (kStiff > rigidity) from_stiff.insert(from_stiff.begin(), kStiff);
     Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
@@ -46,38 +46,49 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     const double unit = problem_.soft.empty() ? 0.0 : energy_unit(encoding_, unknowns, cells);
     const auto free_count = static_cast<double>(unknowns.free.size());
     const bool has_coarse_levels = free_count > 2.0 * kCoarse;
-    // Side by side: neither needs the other. The hierarchy is found by one thread, and the rest of it is little.
-    Execution of_coarse_levels(&execution);
-    Timings coarse_timings;
-    std::vector<std::unique_ptr<FastLevel>> coarse;  // the coarsest first
-    std::unique_ptr<FastLevel> whole;
-    const auto bind_coarse_levels = [&] {
-        coarsen(handles, std::move(is_soft), shape, free_count, coarse_timings, of_coarse_levels);
-        const StageTimer timer(coarse_timings, "coarse level");
-        for (auto level = problem_.hierarchy.levels.rbegin(); level != problem_.hierarchy.levels.rend(); ++level) {
-            coarse.push_back(make_coarse_level(*level, unit, from_stiff, of_coarse_levels));
-            from_stiff = {rigidity};
-        }
-    };
     const auto bind_whole = [&] {
+        find_order(threads_, execution);
         const StageTimer timer(bind_timings_, "factor");
         execution.begin_stage("factor");
-        whole = make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
-                           has_coarse_levels ? std::vector<double>{rigidity} : from_stiff,
-                           has_coarse_levels ? std::max(1, threads_ - 1) : threads_, execution);
+        problem_.levels.push_back(make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
+                                             has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, threads_,
+                                             execution));
     };
-    if (has_coarse_levels) {
-        parallel_items(2, threads_, execution,
-                       [&](int, std::size_t item) { item == 0 ? bind_coarse_levels() : bind_whole(); });
-        bind_timings_.merge(coarse_timings);
-    } else {
+    if (!has_coarse_levels) {
         bind_whole();
+        find_driving_handles();
+        return;
     }
-    problem_.levels.push_back(std::move(whole));
+    // Side by side: neither needs the other, and the hierarchy is found by one thread.
+    Execution of_hierarchy(&execution);
+    Timings coarse_timings;
+    std::shared_ptr<const FastLevel> coarsest;
+    const auto bind_coarsest = [&] {
+        coarsen(handles, std::move(is_soft), shape, free_count, coarse_timings, of_hierarchy);
+        const StageTimer timer(coarse_timings, "coarse level");
+        coarsest = make_coarse_level(problem_.hierarchy->base(), unit, from_stiff, of_hierarchy);
+        if (!shape.when_coarse) return;
+        EncodedRegion of_early{region_, components_, shape_, shared_encoding_, instructions_, {}, {}, {}, {}};
+        shape.when_coarse(
+            std::unique_ptr<Decoder>(new FastDecoder(std::move(of_early), problem_, coarsest, threads_)));
+    };
+    parallel_items(2, threads_, execution,
+                   [&](int, std::size_t item) { item == 0 ? bind_coarsest() : bind_whole(); });
+    bind_timings_.merge(coarse_timings);
     find_driving_handles();
-    for (auto level = coarse.rbegin(); level != coarse.rend(); ++level)
-        problem_.levels.push_back(std::move(*level));
+    // Behind the whole mesh's, whose numbers take the most memory.
+    const StageTimer timer(bind_timings_, "coarse level");
+    for (const Level& level : problem_.hierarchy->levels) {
+        const bool is_coarsest = &level == &problem_.hierarchy->base();
+        problem_.levels.push_back(is_coarsest ? coarsest : make_coarse_level(level, unit, {rigidity}, execution));
+    }
 }
+
+FastDecoder::FastDecoder(EncodedRegion shape, const FastProblem& whole, std::shared_ptr<const FastLevel> coarsest,
+                         int threads)
+    : Decoder(shape, threads), problem_{region_,    components_,          whole.rigidity,  whole.size,
+                                        whole.soft, whole.carrying,       whole.hierarchy, whole.handles,
+                                        nullptr,    {std::move(coarsest)}} {}
 
 /// Of the whole mesh.
 void FastDecoder::find_driving_handles() {
@@ -102,24 +113,25 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
     options.thin_out_fixed = true;
     options.handles = handles;
     options.is_soft = std::move(is_soft);
-    problem_.hierarchy = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, 1, execution,
-                                         shape.earlier_removals.get(), &removals_);
+    problem_.hierarchy = std::make_shared<const Hierarchy>(
+        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_, execution,
+                        shape.earlier_removals.get(), &removals_));
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, double whole_unit,
                                                           const std::vector<double>& rigidities,
                                                           Execution& execution) const {
-    RestCells cells = rest_cells(level.encoding, region_.positions, 1, execution);
+    RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
     std::vector<char> is_fixed = region_.is_fixed;
     for (std::size_t k = 0; k < level.removed_count; ++k)
-        is_fixed[problem_.hierarchy.order[k]] = 1;
+        is_fixed[problem_.hierarchy->order[k]] = 1;
     Unknowns remaining = find_unknowns(level.encoding, is_fixed);
     std::vector<SoftAnchor> soft;
     if (!problem_.soft.empty()) {
         const double scale = energy_unit(level.encoding, remaining, cells) / whole_unit;
-        soft = coarse_soft_anchors(problem_.soft, problem_.hierarchy, level, region_.is_fixed.size(), scale);
+        soft = coarse_soft_anchors(problem_.soft, *problem_.hierarchy, level, region_.is_fixed.size(), scale);
     }
-    return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, 1,
+    return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, threads_,
                       execution);
 }
 
@@ -158,7 +170,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Res
             stage.factor = SupernodalFactor(instructions_);
             stage.factor.analyse(
                 hessian, execution, threads,
-                is_whole ? numbers_in_order(shape_->elimination_order, level->unknowns) : std::vector<Index>());
+                is_whole ? numbers_in_order(*elimination_order_, level->unknowns) : std::vector<Index>());
         } else {
             stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }
@@ -188,7 +200,16 @@ std::unique_ptr<Workspace> FastDecoder::make_workspace(const Execution& executio
 DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                  Execution& execution) const {
     auto& fast_workspace = static_cast<FastWorkspace&>(workspace);
-    return FastSolve(problem_, fast_workspace, options, threads_for(options), execution).run(positions);
+    const std::vector<Level>& coarse = problem_.hierarchy->levels;
+    const std::size_t unbound = coarse.size() + 1 - problem_.levels.size();  // the finest ones, of an early decoder
+    DecodeOptions own_options = options;
+    own_options.in_drag = options.in_drag && unbound == 0;  // a drag's memory is of the whole mesh
+    DecodeReport report =
+        FastSolve(problem_, fast_workspace, own_options, threads_for(options), execution).run(positions);
+    const StageTimer timer(report.timings, "split");
+    for (std::size_t level = unbound; level-- > 0;)
+        coarse[level].splits.carry(region_.positions, positions, threads_for(options), execution);
+    return report;
 }
 
 bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Positions& positions,
@@ -215,7 +236,7 @@ std::vector<Index> FastDecoder::level_sizes() const {
 
 Index FastDecoder::longest_ring() const {
     const Index longest = encoding_.longest_ring();
-    return problem_.hierarchy.levels.empty() ? longest : std::max(longest, problem_.hierarchy.longest_ring());
+    return problem_.hierarchy->levels.empty() ? longest : std::max(longest, problem_.hierarchy->longest_ring());
 }
 
 std::size_t FastDecoder::bytes() const {

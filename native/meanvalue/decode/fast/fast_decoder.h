@@ -31,8 +31,12 @@ class FastDecoder : public Decoder {
     Index longest_ring() const override;
 
   private:
+    /// An early one: it has the coarsest level of `whole` alone.
+    FastDecoder(EncodedRegion shape, const FastProblem& whole, std::shared_ptr<const FastLevel> coarsest,
+                int threads);
+
     void find_driving_handles();
-    /// Fills the hierarchy. @param handles, is_soft see CoarseningOptions.
+    /// Finds the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
                  double free_count, Timings& timings, Execution& execution);
     /// @param whole_unit energy_unit() of the whole mesh. @pre coarsen().

@@ -43,10 +43,12 @@ struct FastProblem {
     double size = 0.0;
     std::vector<SoftAnchor> soft;  ///< by ascending vertex
     std::vector<double> carrying;  ///< n: weight of each vertex when parts are carried; empty: all anchors are hard
-    Hierarchy hierarchy;           ///< its levels are `levels` from the second on; empty where the mesh is small
-    std::unique_ptr<const HandlePaths> handles;
-    std::unique_ptr<const DrivingHandles> driving;         ///< none where nothing is free
-    std::vector<std::unique_ptr<const FastLevel>> levels;  ///< the whole mesh first, the coarsest last
+    /// Its levels are `levels` from the second on; empty where the mesh is small.
+    std::shared_ptr<const Hierarchy> hierarchy = std::make_shared<const Hierarchy>();
+    std::shared_ptr<const HandlePaths> handles;
+    std::unique_ptr<const DrivingHandles> driving;  ///< none where nothing is free
+    /// The whole mesh first, the coarsest last; of an early one the coarsest alone.
+    std::vector<std::shared_ptr<const FastLevel>> levels;
 };
 
 }  // namespace meanvalue

@@ -41,8 +41,7 @@ class FastSolve {
     /// What anchors count in this solve, and where they are pulled.
     void set_soft_targets();
     bool is_free(std::size_t soft_anchor) const {
-        return !work_.levels.front().energy.soft_weights.empty() &&
-               work_.levels.front().energy.soft_weights[soft_anchor] == 0.0;
+        return options_.weights != nullptr && (*options_.weights)[problem_.soft[soft_anchor].anchor] == 0.0;
     }
     void pull_free_anchors_to(const Positions& positions);
     /// Those of the whole mesh.

@@ -33,7 +33,7 @@ void FastSolve::start_cold(Positions& positions) {
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
-        problem_.hierarchy.levels[coarse].splits.carry(problem_.region.positions, positions, threads_, execution_);
+        problem_.hierarchy->levels[coarse].splits.carry(problem_.region.positions, positions, threads_, execution_);
         if (has_examples()) blend_examples(level(coarse));
         if (coarse > 0) relax(level(coarse), positions);
     }
@@ -52,7 +52,7 @@ std::vector<double> FastSolve::carrying_weights() const {
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
         // Free for the time being, so that a part without any other stays where it is.
         double& of_anchor = carrying[problem_.soft[k].vertex];
-        of_anchor = std::max(work_.levels.front().energy.soft_weights[k] * of_anchor, kNegligible);
+        of_anchor = std::max((*options_.weights)[problem_.soft[k].anchor] * of_anchor, kNegligible);
     }
     return carrying;
 }

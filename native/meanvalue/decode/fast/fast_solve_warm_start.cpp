@@ -91,7 +91,7 @@ void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& p
     relax(level, after);
     const bool is_sound = (after - answered).norm() < kSoundCoarse * (after - before).norm();
     for (Positions* const shape : {&before, &after}) {
-        for (auto coarse = problem_.hierarchy.levels.rbegin(); coarse != problem_.hierarchy.levels.rend(); ++coarse)
+        for (auto coarse = problem_.hierarchy->levels.rbegin(); coarse != problem_.hierarchy->levels.rend(); ++coarse)
             coarse->splits.carry(problem_.region.positions, *shape, threads_, execution_);
     }
     const std::lock_guard<std::mutex> lock(work_.drafting);
