@@ -21,11 +21,8 @@ FRAME_SECONDS = 1.0 / 30.0
 #: And where something else can be shown: evaluating the mesh once more takes about as long.
 QUICK_SECONDS = 0.01
 
-#: How often a running job is looked at: a solve is noticed late by a tenth of a frame.
-TICK_SECONDS = 0.003
-
-#: And one that takes long.
-SLOW_TICK_SECONDS = 0.02
+#: How often a running solve is looked at: it is noticed a tenth of a frame late. And what takes longer.
+TICK_SECONDS, SLOW_TICK_SECONDS = 0.003, 0.02
 
 #: How long the scene is read at a time.
 SLICE_SECONDS = 0.01
@@ -105,6 +102,8 @@ class Following:
         """In a timer: collects what is finished and starts what is next."""
         if self._job is None or self._job.is_finished:
             self._advance(obj, makes_keys=True)
+        elif self._binding is None:
+            self._show_meanwhile(obj)
 
     def finish(self, obj):
         """Goes on until the mesh shows the settled answer. For the background, where nothing ticks."""

@@ -61,6 +61,11 @@ class Job:
         self._end()
 
     @property
+    def early(self):
+        """What the native Task at work has to offer before its result, or None."""
+        return getattr(self._task, "early", None)
+
+    @property
     def progress(self):
         """(name of the stage, share of it that is done)."""
         return self._execution.stage, self._execution.progress

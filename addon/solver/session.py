@@ -20,6 +20,9 @@ REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and 
 REFUSED_EXAMPLE = "The mesh cannot be posed like this: {}. Mute that key, or choose Nothing in Advanced > Pose Like"
 REFUSED_POSE = "The solver cannot reach this pose: {}"
 
+#: So many vertices that may move take a second to bind, so that it is worth it to pose them meanwhile.
+EARLY_VERTICES = 100_000
+
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
 
@@ -54,16 +57,18 @@ def _family(bind_input):
     return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, examples
 
 
-def bind_steps(bind_input, triangles, execution, portable=False, known=None):
+def bind_steps(bind_input, triangles, execution, portable=False, known=None, early=False):
     """Steps (see solver/job.py) to a new Binding; `triangles` m x 3 int32.
 
     portable: with the same bits on every processor of an architecture, and slower.
     known: what earlier() gave: the same Binding in less than half of the time, and `triangles` are not looked at.
+    early: the Job has an `early` for Drag meanwhile, if the mesh is large.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
     mesh = bind_input.solver_mesh
     anchors, held = _held(mesh, bind_input)
+    held["early"] = early and np.count_nonzero(mesh.roi) >= EARLY_VERTICES
     examples = []  # shapes, and the names of their keys
     if bind_input.examples is not None and known is None:
         names = bind_input.examples.names
@@ -104,6 +109,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None):
 class Drag:
     """A row of solves, each from the answer of the one before: a native Drag, what it is of, and what is shown of it.
 
+    binding  None while the mesh is being bound: `native` is a Job's `early` then, or None
     answer   n x 3 float32: the last; where it began before that
     drafted  the bridge.targets.Targets of which a draft is shown, or None
     """

@@ -144,6 +144,142 @@ def test_a_draft_is_symmetric_where_answers_are(timers, part, dragged):
     assert np.abs(draft - mirror * draft[distances.argmin(axis=1)]).max() < 1e-5
 
 
+class EarlyGate(Gate):
+    """A bind that is not over, and has something to show."""
+
+    def __init__(self, early):
+        self.finished, self.early = False, early
+
+
+@pytest.fixture
+def bound_slowly(timers, part, monkeypatch):
+    """(object, control, EarlyGate of its binding): it is being bound, and can be posed meanwhile."""
+    session, module = part("solver.session"), part("solver.native_loader").module()
+    bind_steps, gates = session.bind_steps, []
+
+    def slow_steps(bind_input, triangles, execution, **options):
+        mesh = bind_input.solver_mesh
+        gates.append(EarlyGate(module.Deformer(mesh.rest, mesh.triangles(triangles), mesh.anchors)))
+        yield gates[-1]
+        return (yield from bind_steps(bind_input, triangles, execution, **options))
+
+    monkeypatch.setattr(session, "bind_steps", slow_steps)
+    session.cache.clear()
+    obj, control = handles.tube()
+    step_on(timers)
+    return obj, control, gates[-1]
+
+
+def step_on(timers):
+    for _step in range(100):
+        timers.step(0.01)
+
+
+def test_a_mesh_is_posed_while_it_is_bound(timers, bound_slowly):
+    obj, control, gate = bound_slowly
+    assert obj.data.shape_keys is None  # nothing has moved since
+    for _step in range(3):
+        move(control, (0.2, 0.0, 0.0))
+        step_on(timers)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 0.6).max() < 1e-6
+    assert not is_settled(obj)
+    gate.finished = True
+    timers.run(1.0)
+    assert is_settled(obj)
+    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 0.6).max() < 1e-6
+
+
+def test_the_answer_does_not_depend_on_what_was_shown_while_it_was_bound(timers, bound_slowly):
+    obj, control, gate = bound_slowly
+    move(control, (0.6, 0.0, 0.0))
+    step_on(timers)
+    gate.finished = True
+    timers.run(1.0)
+    assert is_settled(obj)
+    other, its_control = handles.tube("Other", live=False)
+    move(its_control, (0.6, 0.0, 0.0))
+    other.meanvalue.live = True  # it is bound as the first
+    update()
+    timers.run(1.0)
+    assert is_settled(other)
+    assert np.array_equal(shown(obj), shown(other))
+
+
+def test_what_was_shown_while_it_was_bound_gives_way(timers, part, bound_slowly, monkeypatch):
+    obj, control, gate = bound_slowly
+    move(control, (0.2, 0.0, 0.0))
+    step_on(timers)
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.1
+
+    def fails(*_arguments, **_options):
+        raise part("errors").SolverError("This mesh cannot be bound")
+
+    monkeypatch.setattr(part("solver.session"), "steps", fails)
+    gate.finished = True
+    timers.run(0.1)
+    assert part("live.engine").status(obj) == ("Waiting: This mesh cannot be bound.", True)
+    assert np.array_equal(shown(obj), rest(obj))
+
+
+def test_live_that_is_turned_off_while_the_mesh_is_bound_leaves_it_at_rest(timers, bound_slowly):
+    obj, control, _gate = bound_slowly
+    move(control, (0.2, 0.0, 0.0))
+    step_on(timers)
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.1
+    obj.meanvalue.live = False
+    update()
+    assert np.array_equal(shown(obj), rest(obj))
+
+
+@pytest.mark.parametrize("change", ["rigidity", "look again", "edit"])
+def test_a_change_while_the_mesh_is_bound_does_not_make_an_answer_of_what_was_shown(timers, part, bound_slowly, change):
+    obj, control, _gate = bound_slowly
+    move(control, (0.2, 0.0, 0.0))
+    step_on(timers)
+    assert np.abs(shown(obj) - rest(obj)).max() > 0.1
+    if change == "rigidity":
+        obj.meanvalue.rigidity *= 2.0
+        obj.update_tag()
+    elif change == "look again":
+        part("live.engine").look_again(obj)
+    else:
+        obj.data.update()  # as after an edit that moved nothing
+    update()
+    step_on(timers)
+    obj.meanvalue.live = False
+    update()
+    assert np.array_equal(shown(obj), rest(obj))
+
+
+def test_a_mesh_that_was_changed_while_it_is_bound_is_not_written_to(timers, part, bound_slowly, monkeypatch):
+    obj, control, _gate = bound_slowly
+    move(control, (0.2, 0.0, 0.0))
+    reads = part("posing.live.follower").Follower.READS
+    monkeypatch.setattr(reads, "go_on", lambda *_arguments: False)  # it is large: reading it takes several ticks
+    obj.data.vertices.add(1)
+    update()
+    for _step in range(20):
+        timers.step(0.01)
+    assert part("live.roll").follower_of(obj).problem is None
+
+
+def test_large_meshes_alone_are_posed_while_they_are_bound(timers, part, monkeypatch):
+    session, module, asked = part("solver.session"), part("solver.native_loader").module(), []
+    start_bind = module.start_bind
+
+    def noting(*arguments, early, **options):
+        asked.append(early)
+        return start_bind(*arguments, early=early, **options)
+
+    monkeypatch.setattr(module, "start_bind", noting)
+    for least in (session.EARLY_VERTICES, 1):
+        monkeypatch.setattr(session, "EARLY_VERTICES", least)
+        session.cache.clear()
+        handles.tube()
+        timers.run(0.1)
+    assert asked == [False, True]
+
+
 def test_without_live_no_timer_runs(timers):
     _obj, control = handles.tube(live=False)
     move(control, (1.0, 0.0, 0.0))

@@ -11,6 +11,7 @@ from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
 from ..bridge import bound_record, scene_input, targets
+from .early_poses import EarlyPoses
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -74,9 +75,18 @@ class Follower(Following):
 
     def take_back(self, obj):
         """A draft gives way to the last answer, where none is to follow."""
-        if self._drafted() is not None and self._has_key(obj):
+        if self._drafted() is None or not self._has_key(obj):
+            return
+        if len(self._drag.answer) == len(obj.data.vertices):
             self._write(obj, self._drag.answer)
-            self._drag.drafted = None
+        self._drag.drafted = None
+
+    def stop(self):
+        super().stop()
+        drag = vars(self).get("_drag")
+        if drag is not None and drag.binding is None and drag.native is not None:
+            drag.native.stop()
+            drag.native = None
 
     def notes(self):
         """What is wrong with what is shown, in sentences."""
@@ -86,7 +96,10 @@ class Follower(Following):
     def _begin_anew(self):
         super()._begin_anew()
         self._targets = LiveTargets()
+        former = vars(self).get("_drag")
         self._drag = None  # what the last solve was of, as session.Drag
+        if former is not None and former.drafted is not None:  # the mesh does not hold what a draft stands in for
+            self._drag = session.Drag(None, None, None, former.answer, former.drafted)
 
     # Reading
 
@@ -118,7 +131,7 @@ class Follower(Following):
             bound_record.write(owner.meanvalue.bound, bind_input.fingerprint)
 
         def work(execution):
-            binding = yield from session.bind_steps(bind_input, triangles, execution, known=known)
+            binding = yield from session.bind_steps(bind_input, triangles, execution, known=known, early=True)
             return lambda owner: collect(owner, binding)
 
         return work
@@ -128,9 +141,13 @@ class Follower(Following):
         written = self._model(obj).written
         is_first = written is None
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
-        if is_first or self._drag is None or self._drag.binding is not binding:
-            self._drag = session.begin_drag(binding, bind_input, shown)
         drag = self._drag
+        if is_first or drag is None or drag.binding is not binding:
+            if drag is not None and drag.binding is None and drag.native is not None:
+                drag.native.stop()
+            answer, drafted = self._before_draft(shown)
+            drag = self._drag = session.begin_drag(binding, bind_input, answer)
+            drag.drafted = drafted
 
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
@@ -157,14 +174,20 @@ class Follower(Following):
         return work
 
     def _fail(self, obj, error, wanted):
-        super()._fail(obj, error, wanted)
-        if self.problem is not None:
-            self.take_back(obj)
+        try:
+            super()._fail(obj, error, wanted)
+        finally:
+            if self.problem is not None or self._binding is None:
+                self.take_back(obj)
 
     def _show_meanwhile(self, obj):
         """Whether the mesh shows a draft of what is wanted."""
+        if obj.mode in self.BUSY_MODES or obj.data.is_editmode or not self._is_read(obj):
+            return False  # it is another by now, or Blender has a copy of its own
         drag, wanted = self._drag, self._wanted
-        if drag is None or wanted.weights is not None:
+        if drag is None or drag.binding is None:
+            return self._show_early(obj)
+        if wanted.weights is not None:
             return False
         if drag.drafted is not wanted:
             shape = session.draft(drag, wanted)
@@ -173,6 +196,29 @@ class Follower(Following):
             self._write(obj, result.compose(self._input, wanted.positions, shape))
             drag.drafted = wanted
         return True
+
+    def _show_early(self, obj):
+        """The same while the mesh is being bound, once something has moved since that began."""
+        drag, job = self._drag, self._job
+        if drag is None or drag.native is None:
+            early = job.early
+            if early is None or self._wanted is job.of:
+                return False
+            answer, drafted = self._before_draft(shape_keys.held(obj, obj.meanvalue.result_key))
+            poses = EarlyPoses(early, self._input)
+            drag = self._drag = session.Drag(None, self._input, poses, answer, drafted)
+        found = drag.native.next(self._wanted) if drag.drafted is not self._wanted else None
+        if found is not None:
+            drag.drafted, solved = found
+            self._write(obj, result.compose(self._input, drag.drafted.positions, solved))
+        return drag.drafted is self._wanted
+
+    def _before_draft(self, shown):
+        """(n x 3, the Targets of the draft that is shown in its place); (`shown`, None) where none is."""
+        drag = self._drag
+        if drag is None or drag.drafted is None or len(drag.answer) != len(shown):
+            return shown, None
+        return drag.answer, drag.drafted
 
     def _drafted(self):
         return None if self._drag is None else self._drag.drafted

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Poses of a mesh that is still being bound."""
+
+from ...errors import MeanValueError
+from ...live import following
+from ...solver import session
+from ...solver.job import Job
+
+#: They take a third of the time: binding wants the processor too.
+RESTS = 2.0
+
+#: Seconds until the next, where one failed.
+REST_AFTER_FAILURE = 1.0
+
+
+class EarlyPoses:
+    """One solve after another by what a bind has to offer early: decision 35."""
+
+    def __init__(self, deformer, bind_input):
+        self._solver = session.Drag(None, bind_input, deformer, None)
+        self._job = None
+        self._rests_until = 0.0
+
+    def next(self, wanted):
+        """(Targets, n x 3) of a solve that is done, else None; begins one of `wanted` when it is time."""
+        if self._job is None:
+            if following.clock() >= self._rests_until:
+                self._job = Job(lambda execution: self._work(wanted, execution), of=wanted)
+            return None
+        if not self._job.is_finished:
+            return None
+        job, self._job = self._job, None
+        try:
+            solved, solution = job.result()
+        except MeanValueError:  # the answer says why
+            self._rests_until = following.clock() + REST_AFTER_FAILURE
+            return None
+        self._rests_until = following.clock() + RESTS * solution.timings["total"]
+        return job.of, solved
+
+    def _work(self, wanted, execution):
+        return session.solve_steps(self._solver, wanted, execution=execution)
+
+    def stop(self):
+        if self._job is not None:
+            self._job.drop()
+        self._job = None
