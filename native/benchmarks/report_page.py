@@ -94,7 +94,8 @@ SECTIONS = (
         "By size",
         "A creature and a subdivided model, whole but for six patches or nine single vertices, dragged. *Draft*: what "
         "the add-on shows meanwhile, its rms distance from the answer, and how many of its triangles alone are turned "
-        "over; *settle*: the last frame to the end of its valley. In diagonals.",
+        "over; *settle*: the last frame to the end of its valley. *Early*: from the beginning of a bind to the first "
+        "shape by its coarsest level, and its distance from the settled one. In diagonals.",
         frozenset({"encode", "order", "hierarchy", "coarse level", "factor"}),
     ),
     Section(
