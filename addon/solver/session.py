@@ -62,7 +62,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
 
     portable: with the same bits on every processor of an architecture, and slower.
     known: what earlier() gave: the same Binding in less than half of the time, and `triangles` are not looked at.
-    early: the Job has an `early` for Drag meanwhile, if the mesh is large.
+    early: if the mesh is large, the Job has an `early` meanwhile.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
@@ -109,7 +109,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
 class Drag:
     """A row of solves, each from the answer of the one before: a native Drag, what it is of, and what is shown of it.
 
-    binding  None while the mesh is being bound: `native` is a Job's `early` then, or None
+    binding  None while the mesh is being bound: there are drafts by a Job's `early` then, and no native Drag
     answer   n x 3 float32: the last; where it began before that
     drafted  the bridge.targets.Targets of which a draft is shown, or None
     """

@@ -83,10 +83,7 @@ class Follower(Following):
 
     def stop(self):
         super().stop()
-        drag = vars(self).get("_drag")
-        if drag is not None and drag.binding is None and drag.native is not None:
-            drag.native.stop()
-            drag.native = None
+        self._end_early()
 
     def notes(self):
         """What is wrong with what is shown, in sentences."""
@@ -143,8 +140,7 @@ class Follower(Following):
         shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
         drag = self._drag
         if is_first or drag is None or drag.binding is not binding:
-            if drag is not None and drag.binding is None and drag.native is not None:
-                drag.native.stop()
+            self._end_early()
             answer, drafted = self._before_draft(shown)
             drag = self._drag = session.begin_drag(binding, bind_input, answer)
             drag.drafted = drafted
@@ -183,7 +179,7 @@ class Follower(Following):
     def _show_meanwhile(self, obj):
         """Whether the mesh shows a draft of what is wanted."""
         if obj.mode in self.BUSY_MODES or obj.data.is_editmode or not self._is_read(obj):
-            return False  # it is another by now, or Blender has a copy of its own
+            return False  # the mesh is another by now, or Blender has a copy of its own
         drag, wanted = self._drag, self._wanted
         if drag is None or drag.binding is None:
             return self._show_early(obj)
@@ -212,6 +208,12 @@ class Follower(Following):
             drag.drafted, solved = found
             self._write(obj, result.compose(self._input, drag.drafted.positions, solved))
         return drag.drafted is self._wanted
+
+    def _end_early(self):
+        drag = vars(self).get("_drag")
+        if drag is not None and drag.binding is None and drag.native is not None:
+            drag.native.stop()
+            drag.native = None
 
     def _before_draft(self, shown):
         """(n x 3, the Targets of the draft that is shown in its place); (`shown`, None) where none is."""
