@@ -157,9 +157,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     const Region& of = is_same ? earlier->decoder().shape()->region : region;
     require_short_rings(of, rows_of(is_fixed_, of.vertices), execution);
     if (is_same) return earlier->decoder().shape();
-    // The paper's methods keep the caller's order, which their queue breaks ties by.
-    if (method_ == Method::kFast) region = in_spatial_order(region, execution);
-    return encode_shape(std::move(region), threads_, execution, mesh_->examples);
+    return encode_shape(in_spatial_order(region, execution), threads_, execution, mesh_->examples);
 }
 
 Binding BoundMesh::binding_again() const {

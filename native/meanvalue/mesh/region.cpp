@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/sort.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 #include "meanvalue/mesh/extent.h"
@@ -119,12 +119,19 @@ Region in_spatial_order(const Region& region, const Execution& execution) {
     }
     sort_cancellable(order, execution);
     std::vector<Index> vertices;
-    vertices.reserve(order.size());
-    for (const auto& [code, v] : order)
+    vertices.reserve(count);
+    std::vector<Index> place(count);
+    for (const auto& [code, v] : order) {
+        place[v] = static_cast<Index>(vertices.size());
         vertices.push_back(v);
-    std::vector<Index> all(region.faces.rows());
-    std::iota(all.begin(), all.end(), 0);
-    Region result = taken_from(region.positions, region.faces, region.is_fixed, std::move(vertices), all, execution);
+    }
+    execution.check();
+    const auto faces = grouped<Index>(count, [&](const auto& visit) {
+        for (Index f = 0; f < region.faces.rows(); ++f)
+            visit(std::min({place[region.faces(f, 0)], place[region.faces(f, 1)], place[region.faces(f, 2)]}), f);
+    });
+    Region result =
+        taken_from(region.positions, region.faces, region.is_fixed, std::move(vertices), faces.items, execution);
     for (Index& v : result.vertices)
         v = region.vertices[v];
     return result;

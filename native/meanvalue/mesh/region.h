@@ -28,8 +28,9 @@ std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::v
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed, const Execution& execution);
 
-/// The same region with its vertices along a Z-order curve (Morton 1966): neighbors on the surface are mostly
-/// neighbors in memory, whatever order the mesh came in and however it was rotated. @throws Cancelled. Cost: that of
+/// The same region with its vertices along a Z-order curve (Morton 1966), and its faces in the order of their first
+/// corners: neighbors on the surface are mostly neighbors in memory, whatever order the mesh came in and however it
+/// was rotated. @throws Cancelled. Cost: that of
 /// sorting.
 Region in_spatial_order(const Region& region, const Execution& execution);
 
