@@ -100,27 +100,6 @@ TEST(RunOnPool, CallsInsideOfCallsGetTheirShareOfAnyNumberOfCores) {
     }
 }
 
-TEST(RunOnPool, ACallerWhoSleepsLeavesRoomForAnother) {
-    std::atomic<int> begun{0};
-    std::atomic<int> working{0};
-    const auto caller = std::this_thread::get_id();
-    const int cores = 70;  // more than any call of these tests has asked for, or there were room without it
-    const auto begin = std::chrono::steady_clock::now();
-    run_on_pool(cores, [&](int) {
-        ++begun;
-        wait_for(begun, cores);
-        if (std::this_thread::get_id() == caller || begun.fetch_add(1) != cores) return;
-        std::this_thread::sleep_for(
-            std::chrono::milliseconds(50));  // until the caller sleeps, and the others are back
-        run_on_pool(cores, [&](int) {
-            ++working;
-            wait_for(working, cores);
-        });
-    });
-    // Who waits in vain for a worker that gets no thread waits for all of the time.
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
-}
-
 #ifdef RUSAGE_THREAD
 TEST(RunOnPool, ACallerSleepsWhileItsHelpersWorkOn) {
     // How often it went to sleep of its own accord: a busy machine takes the processor from those that spin, too.

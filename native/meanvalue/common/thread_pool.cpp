@@ -40,16 +40,11 @@ struct Call {
     }
 
     /// Spins for a moment, then sleeps: members may take seconds longer than their caller.
-    /// @param working is one less meanwhile: whoever sleeps leaves room for another.
-    void wait(std::atomic<int>& working) {
+    void wait() {
         for (int round = 0; round < kPatience && unfinished.load(std::memory_order_acquire) > 0; ++round)
             relax();
-        working.fetch_sub(1, std::memory_order_relaxed);
-        {
-            std::unique_lock<std::mutex> lock(mutex);
-            done.wait(lock, [&] { return unfinished.load(std::memory_order_acquire) == 0; });
-        }
-        working.fetch_add(1, std::memory_order_relaxed);
+        std::unique_lock<std::mutex> lock(mutex);
+        done.wait(lock, [&] { return unfinished.load(std::memory_order_acquire) == 0; });
     }
 };
 
@@ -66,7 +61,7 @@ class ThreadPool {
         const std::vector<Member*> sent = send(call, most);
         work();
         call_back(sent, call);
-        if (!sent.empty()) call.wait(working_);
+        if (!sent.empty()) call.wait();
         if (!is_outermost) return;
         counts_as_working = false;
         working_.fetch_sub(1, std::memory_order_relaxed);
