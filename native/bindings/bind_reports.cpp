@@ -63,7 +63,7 @@ void bind_reports(py::module_& module) {
             },
             "(n,) int32: the part of each vertex, a place in `components`.")
         .def_readonly("timings", &BindReport::timings,
-                      "dict: stage -> seconds, and 'total'. Some stages are done side by side.")
+                      "dict: stage -> seconds, and 'total'.")
         .def_readonly("bytes", &BindReport::bytes,
                       "int: held by the bound mesh, and about what one solve at a time adds.");
 

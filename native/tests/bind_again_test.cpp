@@ -5,7 +5,6 @@
 
 #include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/deform/deformer.h"
-#include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/region.h"
 #include "tests/support.h"
 
@@ -168,51 +167,6 @@ TEST(BindAgain, SeveralAtOnceShareOneEarlierDeformer) {
     for (std::thread& thread : threads)
         thread.join();
     EXPECT_EQ(found, expected);
-}
-
-TEST(RemovalLog, LeadsToTheOrderThatIsFoundWithoutIt) {
-    for (const Mesh& mesh : {with_noise(capped_tube(24, 40, 8.0), 0.1, 2), with_noise(torus(40, 20), 0.1, 3),
-                             grid(30, 30, 0.01), needles(), with_noise(sphere(4), 0.1, 4)}) {
-        std::mt19937 random(13);
-        const OneRings rings = rings_of(mesh);
-        for (const bool is_exact : {false, true}) {
-            std::shared_ptr<const RemovalLog> log;
-            for (int round = 0; round < 12; ++round) {
-                const Handles handles(mesh, random, 1 + round % 5, round % 2 == 0 ? 1 : 40, true);
-                CoarseningOptions options;
-                options.exact_order = is_exact;
-                options.thin_out_fixed = true;
-                options.down_to_base = round % 3 == 0;
-                options.level_sizes = {mesh.vertex_count() / 5, mesh.vertex_count() / (20 + round)};
-                options.handles.assign(mesh.vertex_count(), -1);
-                options.is_soft.assign(mesh.vertex_count(), 0);
-                std::vector<char> is_fixed(mesh.vertex_count(), 0);
-                for (std::size_t k = 0; k < handles.anchors.size(); ++k) {
-                    const bool is_soft = std::isfinite(handles.strengths[k]);
-                    (is_soft ? options.is_soft : is_fixed)[handles.anchors[k]] = 1;
-                    options.handles[handles.anchors[k]] = handles.handles[k];
-                }
-                Execution execution;
-                const Hierarchy expected = build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution);
-                const RemovalLog* const earlier = log.get();
-                std::shared_ptr<const RemovalLog> next;
-                const Hierarchy found =
-                    build_hierarchy(rings, mesh.vertices, is_fixed, options, 1, execution, earlier, &next);
-                ASSERT_EQ(found.order, expected.order) << mesh.name << " " << round;
-                ASSERT_EQ(found.levels.size(), expected.levels.size());
-                for (std::size_t level = 0; level < found.levels.size(); ++level) {
-                    EXPECT_EQ(found.levels[level].encoding.ring, expected.levels[level].encoding.ring);
-                    EXPECT_EQ(found.levels[level].splits.ring, expected.levels[level].splits.ring);
-                }
-                ASSERT_EQ(found.soft_merges.size(), expected.soft_merges.size());
-                for (std::size_t k = 0; k < found.soft_merges.size(); ++k) {
-                    EXPECT_EQ(found.soft_merges[k].removed, expected.soft_merges[k].removed);
-                    EXPECT_EQ(found.soft_merges[k].into, expected.soft_merges[k].into);
-                }
-                log = next;
-            }
-        }
-    }
 }
 
 TEST(Region, SmallPatchesOfAnchorsDoNotCutIt) {

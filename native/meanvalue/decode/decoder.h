@@ -93,8 +93,6 @@ class Decoder {
     Index detached_triangle_count() const { return shape_->rings.detached_triangle_count; }
     /// What decoders of the same region with other fixed vertices may share.
     const std::shared_ptr<const RegionShape>& shape() const { return shape_; }
-    /// How vertices were removed, or nullptr where none were: EncodedRegion::earlier_removals of the next.
-    const std::shared_ptr<const RemovalLog>& removals() const { return removals_; }
     /// Of the region's vertices, or nullptr: EncodedRegion::elimination_order of the next.
     const std::shared_ptr<const std::vector<Index>>& elimination_order() const { return elimination_order_; }
     const Timings& bind_timings() const { return bind_timings_; }
@@ -109,7 +107,7 @@ class Decoder {
     /// Finds it where no earlier decoder has. @throws Cancelled.
     const std::vector<Index>& find_order(int threads, Execution& execution);
 
-    /// Takes all but the earlier removals and `when_coarse`.
+    /// Takes all but `when_coarse`.
     Decoder(EncodedRegion& shape, int threads)
         : region_(std::move(shape.region)),
           threads_(threads),
@@ -130,7 +128,6 @@ class Decoder {
     std::shared_ptr<const RegionShape> shape_;
     std::shared_ptr<const Encoding> shared_encoding_;
     const Encoding& encoding_;
-    std::shared_ptr<const RemovalLog> removals_;
     std::shared_ptr<const std::vector<Index>> elimination_order_;
     Timings bind_timings_;
 };

@@ -41,9 +41,7 @@ struct EncodedRegion {
     std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
     InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
     Timings timings;                                         ///< seconds by stage
-    /// Of a decoder of this shape with other fixed vertices, or nullptr: new removals are found along them.
-    std::shared_ptr<const RemovalLog> earlier_removals;
-    /// That decoder's order of elimination, or nullptr: a new one is found.
+    /// The order of elimination of a decoder of this shape with other fixed vertices, or nullptr: one is found.
     std::shared_ptr<const std::vector<Index>> elimination_order;
     /// Where given, receives a decoder by the coarsest level alone as soon as that is bound, on any thread.
     std::function<void(std::unique_ptr<const Decoder>)> when_coarse;

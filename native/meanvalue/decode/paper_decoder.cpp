@@ -55,8 +55,7 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, threads_, execution,
-                                 shape.earlier_removals.get(), &removals_);
+    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, threads_, execution);
     for (Level& level : hierarchy_.levels)
         level.splits.encode(region_.positions, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());

@@ -41,10 +41,7 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
         is_soft_there[anchor.vertex] = 1;
     EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
     encoded.instructions = binding.instructions;
-    if (earlier != nullptr) {
-        encoded.earlier_removals = earlier->removals();
-        encoded.elimination_order = earlier->elimination_order();
-    }
+    if (earlier != nullptr) encoded.elimination_order = earlier->elimination_order();
     encoded.when_coarse = std::move(when_coarse);
     switch (binding.method) {
         case Method::kFast:

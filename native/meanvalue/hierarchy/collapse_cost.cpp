@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meanvalue/common/elementary.h"
-
 namespace meanvalue {
 namespace {
 
-// The angle below which triangles become expensive (radians).
-constexpr double kComfortableAngle = 20.0 * 3.14159265358979323846 / 180.0;
+// Of the angle below which triangles become expensive: tan 20 degrees, squared.
+constexpr double kSquaredTangent = 0.36397023426620234 * 0.36397023426620234;
 // Cosine of 78 degrees: a normal that turns farther counts as turned over.
 constexpr double kTurnedOver = 0.2;
 // Orders regions that are flat, where no volume changes, by edge length.
 constexpr double kLengthShare = 1e-3;
-// No triangle has three angles above 60 degrees: the factor of the angle is at least this.
-constexpr double kLeastAngleFactor = 1.0 + 1.0 / 9.0;
+// No triangle has three angles above 60 degrees, whose cotangent is the root of a third: the factor of the angle is
+// at least this.
+constexpr double kLeastAngleFactor = 1.0 + kSquaredTangent / 3.0;
 
 }  // namespace
 
@@ -56,10 +55,9 @@ double CollapseCost::of(Index place, double limit) const {
 
     for (Index k = 0; k < ring_.valence; ++k)
         squared_distance_[k] = (corners_[k].ring_vertex - kept).squaredNorm();
-    // The smallest angle lies opposite the shortest edge; compared by the square of half its cotangent, which needs
+    // The smallest angle lies opposite the shortest edge; compared by the square of twice its cotangent, which needs
     // no root, as a fraction, which needs no division.
-    // tan x >= x finds most costs above the limit without an arc tangent.
-    const double steepest = 4.0 * (limit / volume_part - 1.0) / (kComfortableAngle * kComfortableAngle);
+    const double steepest = 4.0 * (limit / volume_part - 1.0) / kSquaredTangent;
     double cotangent_over = 0.0;
     double cotangent_under = 1.0;
     bool turned_over = false;
@@ -81,11 +79,9 @@ double CollapseCost::of(Index place, double limit) const {
         turned_over = turned_over || along < 0.0 ||
                       along * along < kTurnedOver * kTurnedOver * corner.squared_area * squared_after;
     }
-    const double angle_rad = cotangent_over > 0.0
-                                 ? arc_tangent(2.0 * std::sqrt(cotangent_under), std::sqrt(cotangent_over))
-                                 : 3.0 * kComfortableAngle;
-    const double angle_ratio = kComfortableAngle / std::max(angle_rad, kCoincident);
-    const double cost = volume_part * (1.0 + angle_ratio * angle_ratio);
+    const double squared_cotangent =
+        std::min(cotangent_over / (4.0 * cotangent_under), 1.0 / (kCoincident * kCoincident));
+    const double cost = volume_part * (1.0 + kSquaredTangent * squared_cotangent);
     // One that turns a triangle over is put off until any other costs more.
     return turned_over ? cost / kCoincident : cost;
 }

@@ -74,41 +74,4 @@ FixedParts find_fixed_parts(const OneRings& rings, const PositionsView& position
     return parts;
 }
 
-std::vector<char> changed_members(const FixedParts& before, const FixedParts& after, std::size_t vertex_count) {
-    const auto part_in = [](const FixedParts& parts, std::size_t v) {
-        return parts.part.empty() ? -1 : parts.part[v];
-    };
-    const auto is_extreme_in = [](const FixedParts& parts, std::size_t v) {
-        return !parts.part.empty() && parts.is_extreme[v] != 0;
-    };
-    constexpr Index kNone = -1;
-    constexpr Index kSeveral = -2;
-    // What each part is called in the other, if all of its members are of one part there.
-    std::vector<Index> before_of(vertex_count, kNone);
-    std::vector<Index> after_of(vertex_count, kNone);
-    const auto note = [](Index& name, Index other) {
-        if (other < 0 || (name != kNone && name != other)) {
-            name = kSeveral;
-        } else {
-            name = other;
-        }
-    };
-    for (std::size_t v = 0; v < vertex_count; ++v) {
-        const Index first = part_in(before, v);
-        const Index second = part_in(after, v);
-        if (first >= 0) note(after_of[first], second);
-        if (second >= 0) note(before_of[second], first);
-    }
-    std::vector<char> changed(vertex_count, 0);
-    for (std::size_t v = 0; v < vertex_count; ++v) {
-        const Index first = part_in(before, v);
-        const Index second = part_in(after, v);
-        if (first < 0 && second < 0) continue;
-        const bool is_same = first >= 0 && second >= 0 && after_of[first] == second && before_of[second] == first &&
-                             is_extreme_in(before, v) == is_extreme_in(after, v);
-        changed[v] = is_same ? 0 : 1;
-    }
-    return changed;
-}
-
 }  // namespace meanvalue

@@ -22,8 +22,4 @@ struct FixedParts {
 FixedParts find_fixed_parts(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
                             const std::vector<Index>& handles);
 
-/// n flags: whose part is not the same, or who is no longer, or newly, extreme. Either may be empty, which stands for
-/// no fixed vertices.
-std::vector<char> changed_members(const FixedParts& before, const FixedParts& after, std::size_t vertex_count);
-
 }  // namespace meanvalue

@@ -1,15 +1,12 @@
-// The multiresolution encoding (paper, section 3.1): vertices are removed one by one, each encoded by its ring at
-// that time, and some of the meshes on the way are kept as levels.
+// The multiresolution encoding (paper, section 3.1): vertices are removed, each encoded by its ring at that time,
+// and some of the meshes on the way are kept as levels.
 #pragma once
 
-#include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/hierarchy/fixed_parts.h"
 #include "meanvalue/hierarchy/vertex_splits.h"
 #include "meanvalue/mesh/one_ring.h"
 
@@ -21,9 +18,6 @@ struct CoarseningOptions {
     std::vector<Index> level_sizes;
     /// Go on until nothing can be removed, and keep that level too. Else the last of `level_sizes` is the end.
     bool down_to_base = true;
-    /// Strictly the cheapest first. Else costs within 19 % count as equal, and those of them are taken in the order
-    /// of their numbers, which is faster on large meshes: neighbors are mostly near each other in memory too.
-    bool exact_order = true;
     /// Fixed vertices may be removed as well, where they are as dense as the free ones: merged into fixed neighbors
     /// of the same handle, of which each connected part keeps its extreme points.
     bool thin_out_fixed = false;
@@ -39,21 +33,6 @@ struct CoarseningOptions {
 struct SoftMerge {
     Index removed;
     Index into;
-};
-
-/// How a coarsening went, so that one of the same mesh with other fixed or soft vertices can be found along it: costs
-/// are computed again only where something is different, or became so on the way.
-struct RemovalLog {
-    /// A vertex at its turn.
-    struct Turn {
-        std::uint32_t cost_class;
-        Index vertex;
-        Index to;  ///< what it was merged into, or -1 where it could not be removed
-    };
-    std::vector<Turn> turns;
-    std::vector<char> is_fixed;  ///< n, as the following were then
-    FixedParts fixed_parts;
-    FixedParts soft_parts;
 };
 
 /// The mesh at one moment of the coarsening.
@@ -82,13 +61,8 @@ struct Hierarchy {
 /// @param positions n x 3.
 /// @param is_fixed n flags: their positions are always given.
 /// @param threads the result is the same for any number.
-/// @param earlier of the same rings and positions, exact_order and thin_out_fixed, or nullptr. The result is the
-/// same.
-/// @param log receives how it went, where given.
-/// @throws Cancelled. Cost: about linear times the logarithm of the vertex count; the removals are serial. With an
-/// earlier one a fifth where few vertices have been fixed since or are not fixed any more.
+/// @throws Cancelled. Cost: about linear.
 Hierarchy build_hierarchy(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
-                          const CoarseningOptions& options, int threads, Execution& execution,
-                          const RemovalLog* earlier = nullptr, std::shared_ptr<const RemovalLog>* log = nullptr);
+                          const CoarseningOptions& options, int threads, Execution& execution);
 
 }  // namespace meanvalue

@@ -6,7 +6,7 @@ namespace meanvalue {
 
 RemovalRules::RemovalRules(const RingMesh& mesh, const OneRings& rings, const PositionsView& positions,
                            const std::vector<char>& is_fixed, const CoarseningOptions& options)
-    : mesh_(mesh), positions_(positions), is_fixed_(is_fixed), encoder_(positions) {
+    : mesh_(mesh), positions_(positions), is_fixed_(is_fixed) {
     if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
     if (!options.is_soft.empty()) soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
 }
@@ -27,19 +27,10 @@ Collapse RemovalRules::cheapest(Index vertex, double limit, CollapseCost& cost) 
     return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
 }
 
-bool RemovalRules::has_good_stencil(Index vertex) {
+bool RemovalRules::has_good_stencil(Index vertex, RingEncoder& encoder) const {
     const RingView ring = mesh_.ring(vertex);
     if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
-    return (encoder_.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
-}
-
-std::vector<char> RemovalRules::changed_since(const RemovalLog& earlier) const {
-    std::vector<char> result = changed_members(earlier.fixed_parts, parts_, is_fixed_.size());
-    const std::vector<char> by_soft_part = changed_members(earlier.soft_parts, soft_parts_, is_fixed_.size());
-    for (std::size_t v = 0; v < result.size(); ++v) {
-        if (by_soft_part[v] != 0 || (is_fixed_[v] != 0) != (earlier.is_fixed[v] != 0)) result[v] = 1;
-    }
-    return result;
+    return (encoder.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
 }
 
 }  // namespace meanvalue

@@ -30,19 +30,12 @@ class RemovalRules {
     /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
     Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const;
     /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
-    bool has_good_stencil(Index vertex);
-
-    /// n flags: those that are fixed, soft or neither in another way than in an earlier coarsening.
-    std::vector<char> changed_since(const RemovalLog& earlier) const;
-    RemovalLog log_of(std::vector<RemovalLog::Turn> turns) const {
-        return {std::move(turns), is_fixed_, parts_, soft_parts_};
-    }
+    bool has_good_stencil(Index vertex, RingEncoder& encoder) const;
 
   private:
     const RingMesh& mesh_;
     const PositionsView& positions_;
     const std::vector<char>& is_fixed_;
-    RingEncoder encoder_;
     FixedParts parts_;       // empty where no fixed vertex may be removed
     FixedParts soft_parts_;  // the same of soft vertices; empty where there are none
 };

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <numeric>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/common/sort.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/linalg/closest_rotation.h"
@@ -113,19 +112,18 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     }
     execution.check();
     // In a batch by ascending vertex number: neighbors in the caller's order are mostly neighbors in space.
-    std::vector<std::pair<Index, Index>> by_depth;  // and vertex
-    std::vector<Index> number(depth_.size());       // of a vertex in `taken_`
-    for (Index k = 0; k < count; ++k) {
-        by_depth.emplace_back(depth_[taken_.vertices[k]], taken_.vertices[k]);
-        number[taken_.vertices[k]] = k;
-    }
-    sort_cancellable(by_depth, execution);
+    std::vector<Index> number(depth_.size());  // of a vertex in `taken_`
     Splits sorted;
     sorted.batches.assign(deepest + 1, 0);
-    std::vector<Index> source;
-    for (const auto& [depth, vertex] : by_depth) {
-        source.push_back(number[vertex]);
-        sorted.batches[depth] = static_cast<Index>(source.size());
+    for (Index k = 0; k < count; ++k) {
+        number[taken_.vertices[k]] = k;
+        ++sorted.batches[depth_[taken_.vertices[k]]];
+    }
+    std::partial_sum(sorted.batches.begin(), sorted.batches.end(), sorted.batches.begin());
+    std::vector<Index> source(count);
+    std::vector<Index> place(sorted.batches.begin(), sorted.batches.end());
+    for (std::size_t vertex = 0; vertex < depth_.size(); ++vertex) {
+        if (depth_[vertex] > 0) source[place[depth_[vertex] - 1]++] = number[vertex];
     }
     sorted.vertices.resize(count);
     sorted.closed.resize(count);

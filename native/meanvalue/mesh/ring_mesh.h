@@ -34,6 +34,10 @@ class RingMesh {
         const Head& head = heads_[vertex];
         return {blocks_[head.first].data(), head.valence, head.closed};
     }
+    /// Has the processor fetch where the ring is known from, and later the ring itself: for loops over vertices that
+    /// are far apart in memory.
+    void fetch_head(Index vertex) const { __builtin_prefetch(&heads_[vertex]); }
+    void fetch_ring(Index vertex) const { __builtin_prefetch(&blocks_[heads_[vertex].first]); }
     /// Whether all triangles at the vertex are one fan, so that collapses may touch it.
     bool is_manifold(Index vertex) const {
         return heads_[vertex].kind == RingKind::kClosed || heads_[vertex].kind == RingKind::kOpen;

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 #include "meanvalue/optimise/elimination_order.h"
@@ -46,35 +45,25 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     const double unit = problem_.soft.empty() ? 0.0 : energy_unit(encoding_, unknowns, cells);
     const auto free_count = static_cast<double>(unknowns.free.size());
     const bool has_coarse_levels = free_count > 2.0 * kCoarse;
-    const auto bind_whole = [&] {
-        find_order(threads_, execution);
+    std::shared_ptr<const FastLevel> coarsest;
+    if (has_coarse_levels) {
+        coarsen(handles, std::move(is_soft), free_count, execution);
+        const StageTimer timer(bind_timings_, "coarse level");
+        coarsest = make_coarse_level(problem_.hierarchy->base(), unit, from_stiff, execution);
+    }
+    if (coarsest && shape.when_coarse) {
+        EncodedRegion of_early{region_, components_, shape_, shared_encoding_, instructions_, {}, {}, {}};
+        shape.when_coarse(
+            std::unique_ptr<Decoder>(new FastDecoder(std::move(of_early), problem_, coarsest, threads_)));
+    }
+    find_order(threads_, execution);
+    {
         const StageTimer timer(bind_timings_, "factor");
         execution.begin_stage("factor");
         problem_.levels.push_back(make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
                                              has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, threads_,
                                              execution));
-    };
-    if (!has_coarse_levels) {
-        bind_whole();
-        find_driving_handles();
-        return;
     }
-    // Side by side: neither needs the other, and the hierarchy is found by one thread.
-    Execution of_hierarchy(&execution);
-    Timings coarse_timings;
-    std::shared_ptr<const FastLevel> coarsest;
-    const auto bind_coarsest = [&] {
-        coarsen(handles, std::move(is_soft), shape, free_count, coarse_timings, of_hierarchy);
-        const StageTimer timer(coarse_timings, "coarse level");
-        coarsest = make_coarse_level(problem_.hierarchy->base(), unit, from_stiff, of_hierarchy);
-        if (!shape.when_coarse) return;
-        EncodedRegion of_early{region_, components_, shape_, shared_encoding_, instructions_, {}, {}, {}, {}};
-        shape.when_coarse(
-            std::unique_ptr<Decoder>(new FastDecoder(std::move(of_early), problem_, coarsest, threads_)));
-    };
-    parallel_items(2, threads_, execution,
-                   [&](int, std::size_t item) { item == 0 ? bind_coarsest() : bind_whole(); });
-    bind_timings_.merge(coarse_timings);
     find_driving_handles();
     // Behind the whole mesh's, whose numbers take the most memory.
     const StageTimer timer(bind_timings_, "coarse level");
@@ -101,21 +90,19 @@ void FastDecoder::find_driving_handles() {
                                                         problem_.handles->pieces_of(vertices));
 }
 
-void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                          double free_count, Timings& timings, Execution& execution) {
-    const StageTimer timer(timings, "hierarchy");
+void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,
+                          Execution& execution) {
+    const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions options;
     if (kMiddleShare * free_count > 4.0 * kCoarse)
         options.level_sizes.push_back(static_cast<Index>(kMiddleShare * free_count));
     options.level_sizes.push_back(kCoarse);
     options.down_to_base = false;
-    options.exact_order = false;
     options.thin_out_fixed = true;
     options.handles = handles;
     options.is_soft = std::move(is_soft);
     problem_.hierarchy = std::make_shared<const Hierarchy>(
-        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_, execution,
-                        shape.earlier_removals.get(), &removals_));
+        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_, execution));
 }
 
 std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, double whole_unit,

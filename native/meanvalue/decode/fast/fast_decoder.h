@@ -37,8 +37,8 @@ class FastDecoder : public Decoder {
 
     void find_driving_handles();
     /// Finds the hierarchy. @param handles, is_soft see CoarseningOptions.
-    void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, const EncodedRegion& shape,
-                 double free_count, Timings& timings, Execution& execution);
+    void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,
+                 Execution& execution);
     /// @param whole_unit energy_unit() of the whole mesh. @pre coarsen().
     std::unique_ptr<FastLevel> make_coarse_level(const Level& level, double whole_unit,
                                                  const std::vector<double>& rigidities, Execution& execution) const;

@@ -1,0 +1,76 @@
+// The removal of vertices, in rounds of such that do not touch each other.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/hierarchy/hierarchy.h"
+#include "meanvalue/hierarchy/removal_rules.h"
+#include "meanvalue/mesh/ring_mesh.h"
+
+namespace meanvalue {
+
+/// Removes vertices and writes down what each removal needs to be undone.
+///
+/// Vertices wait in classes by what they cost. A round looks at those in the lowest class and removes all that have
+/// their rings for themselves: every vertex claims its ring, and of several that claim the same vertex the first in
+/// a fixed shuffled order has it. So the removals of a round touch different rings, and all threads make them at
+/// once, with the same result for any number of them (independent sets: Luby 1986).
+///
+/// Costs mostly rise as the mesh gets coarser. How far is found out when the class that a vertex was in comes.
+class Coarsening {
+  public:
+    /// @pre all that it is made with outlives it.
+    Coarsening(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
+               const CoarseningOptions& options, int threads, const Execution& execution);
+
+    /// Removes vertices until `count` free ones are left, or none can be removed.
+    void coarsen_to(Index count, std::vector<Index>& order);
+
+    Index remaining() const { return remaining_; }  ///< free vertices
+    OneRings present_rings() const { return mesh_.present_rings(execution_); }
+    Splits take_splits() { return recorder_.take(threads_, execution_); }
+    const std::vector<SoftMerge>& soft_merges() const { return soft_merges_; }
+
+  private:
+    struct State {
+        std::int32_t cost_class = 0;  // no collapse is of a lower one, but for what is new since
+        Index to = -1;                // of the cheapest collapse
+        bool is_fresh = false;        // else its ring has changed since
+        bool waits = true;            // else it can't be removed while its ring is as it is
+    };
+    using Vertices = std::vector<Index>;
+
+    void fetch_ahead(const Vertices& vertices, std::size_t k) const;
+    Vertices look_at(const Vertices& vertices, std::int32_t cost_class);
+    void claim(Index vertex);
+    bool has_its_ring(Index vertex) const;
+    Index destination(Index vertex, CollapseCost& cost, RingEncoder& encoder) const;
+    void choose(const Vertices& vertices, Vertices& chosen, Vertices& others);
+    void remove(const Vertices& chosen, Vertices& order);
+    std::uint64_t claim_of(Index vertex) const;
+    /// What body(begin, end, result) makes of each piece of [0, count), in order.
+    template <typename Result, typename Body>
+    std::vector<Result> in_pieces(Index count, const Body& body) const;
+
+    RingMesh mesh_;
+    const PositionsView& positions_;
+    RemovalRules rules_;
+    int threads_;
+    const Execution& execution_;
+    double unit_;  // of costs
+    std::vector<State> states_;
+    std::vector<std::atomic<std::uint64_t>> claims_;  // n: the lowest has the vertex
+    std::uint32_t round_ = 0;
+    std::vector<Vertices> waiting_;  // by class
+    std::size_t lowest_ = 0;         // class in which any wait
+    std::vector<SoftMerge> soft_merges_;
+    SplitRecorder recorder_;
+    Index remaining_ = 0;
+};
+
+}  // namespace meanvalue
