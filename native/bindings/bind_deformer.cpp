@@ -315,7 +315,7 @@ void bind_deformer(py::module_& module) {
         "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
         "strengths and border as in Deformer(), whose result this has, bit by bit. What does not depend on the "
         "anchors is shared:\n"
-        "with a handle more or less it takes less than half of the time. Large handles (more than a 64th of the\n"
+        "with a handle more or less it takes two thirds of the time. Large handles (more than a 64th of the\n"
         "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
         "Raises InvalidInput, SolverFailure, Cancelled as Deformer().",
         py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),

@@ -116,7 +116,7 @@ TEST(RingMesh, ARingLongerThanItsBoundMayOnlyShrink) {
 }
 
 TEST(RingMesh, OnlyShortRingsCanBeRemoved) {
-    // What the coarsening leaves out of its queue: closed and open rings, at their longest.
+    // What the coarsening does not look at: closed and open rings, at their longest.
     for (const Index valence : {16, 17, 18, 19, 25}) {
         const Mesh closed = capped_tube(valence, 4, 2.0);
         Mesh open = closed;  // without one triangle, at the middle of a cap and at its rim

@@ -10,7 +10,6 @@
 namespace meanvalue {
 namespace {
 
-constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Classes of costs: the exponent of a double and the first two of its digits, so they are 19 % wide.
 constexpr int kClassShift = 50;
 constexpr std::size_t kClassCount = std::size_t{1} << (63 - kClassShift);
@@ -89,13 +88,13 @@ std::vector<Result> Coarsening::in_pieces(Index count, const Body& body) const {
     return results;
 }
 
-/// What is known around the vertices that come after number k. A round sweeps over the whole mesh: without it, a
-/// third of the time at a million vertices is waiting for memory.
-void Coarsening::fetch_ahead(const Vertices& vertices, std::size_t k) const {
-    constexpr std::size_t kHead = 24;
-    constexpr std::size_t kRing = 16;
-    constexpr std::size_t kNeighbours = 8;
-    if (k + kHead >= vertices.size()) return;
+/// What is known around the vertices that come after number k and before `end`. A round sweeps over the whole mesh:
+/// without it, a third of the time at a million vertices is waiting for memory.
+void Coarsening::fetch_ahead(const Vertices& vertices, Index k, Index end) const {
+    constexpr Index kHead = 24;
+    constexpr Index kRing = 16;
+    constexpr Index kNeighbours = 8;
+    if (k + kHead >= end) return;
     __builtin_prefetch(&states_[vertices[k + kHead]]);
     mesh_.fetch_head(vertices[k + kHead]);
     mesh_.fetch_ring(vertices[k + kRing]);
@@ -119,14 +118,14 @@ Coarsening::Vertices Coarsening::look_at(const Vertices& vertices, std::int32_t 
         in_pieces<Found>(static_cast<Index>(vertices.size()), [&](Index begin, Index end, Found& result) {
             CollapseCost cost(positions_, unit_);
             for (Index k = begin; k < end; ++k) {
-                fetch_ahead(vertices, k);
+                fetch_ahead(vertices, k, end);
                 const Index vertex = vertices[k];
                 State& state = states_[vertex];
                 if (!state.is_fresh) {
                     state.is_fresh = true;
                     state.waits = false;
                     if (!rules_.is_removable(vertex) || !rules_.is_short(vertex)) continue;
-                    const Collapse cheapest = rules_.cheapest(vertex, kUnlimited, cost);
+                    const Collapse cheapest = rules_.cheapest(vertex, cost);
                     if (cheapest.to < 0) continue;
                     state = {class_of(cheapest.cost), cheapest.to, true, true};
                 }
@@ -155,6 +154,7 @@ std::uint64_t Coarsening::claim_of(Index vertex) const {
 void Coarsening::claim(Index vertex) {
     const std::uint64_t wanted = claim_of(vertex);
     const auto claim_one = [&](Index v) {
+        if (is_hub(v)) return;
         std::uint64_t found = claims_[v].load(std::memory_order_relaxed);
         while (wanted < found && !claims_[v].compare_exchange_weak(found, wanted, std::memory_order_relaxed)) {
         }
@@ -166,7 +166,7 @@ void Coarsening::claim(Index vertex) {
 
 bool Coarsening::has_its_ring(Index vertex) const {
     const std::uint64_t wanted = claim_of(vertex);
-    const auto has = [&](Index v) { return claims_[v].load(std::memory_order_relaxed) == wanted; };
+    const auto has = [&](Index v) { return is_hub(v) || claims_[v].load(std::memory_order_relaxed) == wanted; };
     const RingView ring = mesh_.ring(vertex);
     return has(vertex) && std::all_of(ring.begin(), ring.end(), has);
 }
@@ -182,7 +182,7 @@ Index Coarsening::destination(Index vertex, CollapseCost& cost, RingEncoder& enc
     const auto is_legal = [&](Index target) {
         return rules_.may_become(vertex, target) && mesh_.can_collapse(vertex, target);
     };
-    return cost.cheapest(kUnlimited, is_legal).to;
+    return cost.cheapest(is_legal).to;
 }
 
 /// Of the vertices those that have their rings and a collapse, and those that have not their rings.
@@ -196,7 +196,7 @@ void Coarsening::choose(const Vertices& vertices, Vertices& chosen, Vertices& ot
             CollapseCost cost(positions_, unit_);
             RingEncoder encoder(positions_);
             for (Index k = begin; k < end; ++k) {
-                fetch_ahead(vertices, k);
+                fetch_ahead(vertices, k, end);
                 const Index vertex = vertices[k];
                 if (!has_its_ring(vertex)) {
                     result.others.push_back(vertex);
@@ -223,21 +223,35 @@ void Coarsening::remove(const Vertices& chosen, Vertices& order) {
         }
         if (rules_.is_soft(vertex)) soft_merges_.push_back({vertex, states_[vertex].to});
     }
-    const auto woken =
-        in_pieces<Vertices>(static_cast<Index>(chosen.size()), [&](Index begin, Index end, Vertices& result) {
-            for (Index k = begin; k < end; ++k) {
-                fetch_ahead(chosen, k);
-                for (const Index neighbour : mesh_.ring(chosen[k])) {
-                    State& state = states_[neighbour];
-                    state.is_fresh = false;
-                    if (!state.waits) result.push_back(neighbour);
-                    state.waits = true;
-                }
-                mesh_.collapse(chosen[k], states_[chosen[k]].to);
+    struct Done {
+        Vertices woken;
+        Vertices at_hubs;  // not removed yet
+    };
+    const auto remove_one = [&](Index vertex, Vertices& woken) {
+        for (const Index neighbour : mesh_.ring(vertex)) {
+            State& state = states_[neighbour];
+            state.is_fresh = false;
+            if (!state.waits) woken.push_back(neighbour);
+            state.waits = true;
+        }
+        mesh_.collapse(vertex, states_[vertex].to);
+    };
+    const auto done = in_pieces<Done>(static_cast<Index>(chosen.size()), [&](Index begin, Index end, Done& result) {
+        for (Index k = begin; k < end; ++k) {
+            fetch_ahead(chosen, k, end);
+            const RingView ring = mesh_.ring(chosen[k]);
+            if (std::any_of(ring.begin(), ring.end(), [&](Index v) { return is_hub(v); })) {
+                result.at_hubs.push_back(chosen[k]);
+            } else {
+                remove_one(chosen[k], result.woken);
             }
-        });
-    for (const Vertices& piece : woken)
-        append(waiting_[lowest_], piece);
+        }
+    });
+    for (const Done& piece : done) {
+        append(waiting_[lowest_], piece.woken);
+        for (const Index vertex : piece.at_hubs)
+            remove_one(vertex, waiting_[lowest_]);
+    }
 }
 
 }  // namespace meanvalue

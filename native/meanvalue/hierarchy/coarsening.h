@@ -19,7 +19,8 @@ namespace meanvalue {
 /// Vertices wait in classes by what they cost. A round looks at those in the lowest class and removes all that have
 /// their rings for themselves: every vertex claims its ring, and of several that claim the same vertex the first in
 /// a fixed shuffled order has it. So the removals of a round touch different rings, and all threads make them at
-/// once, with the same result for any number of them (independent sets: Luby 1986).
+/// once, with the same result for any number of them (independent sets: Luby 1986). Nobody claims a hub, or one
+/// vertex around it could be removed in a round; removals that touch one are made one after another.
 ///
 /// Costs mostly rise as the mesh gets coarser. How far is found out when the class that a vertex was in comes.
 class Coarsening {
@@ -27,6 +28,8 @@ class Coarsening {
     /// @pre all that it is made with outlives it.
     Coarsening(const OneRings& rings, const PositionsView& positions, const std::vector<char>& is_fixed,
                const CoarseningOptions& options, int threads, const Execution& execution);
+    Coarsening(const Coarsening&) = delete;  // members refer to others
+    Coarsening& operator=(const Coarsening&) = delete;
 
     /// Removes vertices until `count` free ones are left, or none can be removed.
     void coarsen_to(Index count, std::vector<Index>& order);
@@ -41,12 +44,13 @@ class Coarsening {
         std::int32_t cost_class = 0;  // no collapse is of a lower one, but for what is new since
         Index to = -1;                // of the cheapest collapse
         bool is_fresh = false;        // else its ring has changed since
-        bool waits = true;            // else it can't be removed while its ring is as it is
+        bool waits = true;            // else it is not looked at again until its ring changes
     };
     using Vertices = std::vector<Index>;
 
-    void fetch_ahead(const Vertices& vertices, std::size_t k) const;
+    void fetch_ahead(const Vertices& vertices, Index k, Index end) const;
     Vertices look_at(const Vertices& vertices, std::int32_t cost_class);
+    bool is_hub(Index vertex) const { return !rules_.is_short(vertex); }
     void claim(Index vertex);
     bool has_its_ring(Index vertex) const;
     Index destination(Index vertex, CollapseCost& cost, RingEncoder& encoder) const;

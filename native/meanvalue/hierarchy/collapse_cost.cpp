@@ -58,7 +58,7 @@ double CollapseCost::of(Index place, double limit) const {
     // The smallest angle lies opposite the shortest edge; compared by the square of twice its cotangent, which needs
     // no root, as a fraction, which needs no division.
     const double steepest = 4.0 * (limit / volume_part - 1.0) / kSquaredTangent;
-    double cotangent_over = 0.0;
+    double cotangent_over = 4.0 / 3.0;  // of 60 degrees
     double cotangent_under = 1.0;
     bool turned_over = false;
     for (Index k = 0; k < count; ++k) {

@@ -35,10 +35,10 @@ class CollapseCost {
     /// @param limit where the cost is at least this, any value from it up may be returned, sooner.
     double of(Index place, double limit) const;
 
-    /// The cheapest collapse below `limit` into a ring vertex for which allowed(its vertex number) holds, the first
-    /// among equals; one that leads nowhere where there is none.
+    /// The cheapest collapse into a ring vertex for which allowed(its vertex number) holds, the first among equals;
+    /// one that leads nowhere where there is none.
     template <typename Allowed>
-    Collapse cheapest(double limit, const Allowed& allowed) const;
+    Collapse cheapest(const Allowed& allowed) const;
 
   private:
     /// A triangle at the vertex, relative to it.
@@ -58,8 +58,8 @@ class CollapseCost {
 };
 
 template <typename Allowed>
-Collapse CollapseCost::cheapest(double limit, const Allowed& allowed) const {
-    Collapse best{limit, -1};
+Collapse CollapseCost::cheapest(const Allowed& allowed) const {
+    Collapse best{std::numeric_limits<double>::infinity(), -1};
     for (Index place = 0; place < ring_.valence; ++place) {
         const Index to = ring_.vertices[place];
         if (!allowed(to)) continue;

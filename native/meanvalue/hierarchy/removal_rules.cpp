@@ -22,9 +22,9 @@ bool RemovalRules::may_become(Index vertex, Index to) const {
     return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
 }
 
-Collapse RemovalRules::cheapest(Index vertex, double limit, CollapseCost& cost) const {
+Collapse RemovalRules::cheapest(Index vertex, CollapseCost& cost) const {
     cost.set_vertex(vertex, mesh_.ring(vertex));
-    return cost.cheapest(limit, [&](Index to) { return may_become(vertex, to); });
+    return cost.cheapest([&](Index to) { return may_become(vertex, to); });
 }
 
 bool RemovalRules::has_good_stencil(Index vertex, RingEncoder& encoder) const {

@@ -27,8 +27,8 @@ class RemovalRules {
     /// A fixed vertex may only be merged into its own part, or the part would shrink away under free ones. The same
     /// holds for soft ones.
     bool may_become(Index vertex, Index to) const;
-    /// The cheapest collapse below `limit`, or one of that cost that leads nowhere.
-    Collapse cheapest(Index vertex, double limit, CollapseCost& cost) const;
+    /// The cheapest collapse, or one that leads nowhere.
+    Collapse cheapest(Index vertex, CollapseCost& cost) const;
     /// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
     bool has_good_stencil(Index vertex, RingEncoder& encoder) const;
 

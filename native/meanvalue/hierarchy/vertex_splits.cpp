@@ -111,7 +111,7 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
         deepest = std::max(deepest, depth + 1);
     }
     execution.check();
-    // In a batch by ascending vertex number: neighbors in the caller's order are mostly neighbors in space.
+    // In a batch by ascending vertex number: neighbors by number are mostly neighbors in space.
     std::vector<Index> number(depth_.size());  // of a vertex in `taken_`
     Splits sorted;
     sorted.batches.assign(deepest + 1, 0);

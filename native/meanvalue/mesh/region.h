@@ -30,8 +30,7 @@ Region surroundings_of_free(const PositionsView& positions, const TrianglesView&
 
 /// The same region with its vertices along a Z-order curve (Morton 1966), and its faces in the order of their first
 /// corners: neighbors on the surface are mostly neighbors in memory, whatever order the mesh came in and however it
-/// was rotated. @throws Cancelled. Cost: that of
-/// sorting.
+/// was rotated. @throws Cancelled. Cost: that of sorting.
 Region in_spatial_order(const Region& region, const Execution& execution);
 
 }  // namespace meanvalue
