@@ -62,8 +62,7 @@ void bind_reports(py::module_& module) {
                 return py::array_t<Index>(static_cast<py::ssize_t>(report.part_of.size()), report.part_of.data());
             },
             "(n,) int32: the part of each vertex, a place in `components`.")
-        .def_readonly("timings", &BindReport::timings,
-                      "dict: stage -> seconds, and 'total'.")
+        .def_readonly("timings", &BindReport::timings, "dict: stage -> seconds, and 'total'.")
         .def_readonly("bytes", &BindReport::bytes,
                       "int: held by the bound mesh, and about what one solve at a time adds.");
 

@@ -6,8 +6,8 @@ from ...live import following
 from ...solver import session
 from ...solver.job import Job
 
-#: They take a third of the time: binding wants the processor too.
-RESTS = 2.0
+#: They take a sixth of the time: binding wants the processor too.
+RESTS = 5.0
 
 #: Seconds until the next, where one failed.
 REST_AFTER_FAILURE = 1.0
