@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/ring_encoder.h"
@@ -113,18 +113,16 @@ Splits SplitRecorder::take(int threads, const Execution& execution) {
     execution.check();
     // In a batch by ascending vertex number: neighbors by number are mostly neighbors in space.
     std::vector<Index> number(depth_.size());  // of a vertex in `taken_`
-    Splits sorted;
-    sorted.batches.assign(deepest + 1, 0);
-    for (Index k = 0; k < count; ++k) {
+    for (Index k = 0; k < count; ++k)
         number[taken_.vertices[k]] = k;
-        ++sorted.batches[depth_[taken_.vertices[k]]];
-    }
-    std::partial_sum(sorted.batches.begin(), sorted.batches.end(), sorted.batches.begin());
-    std::vector<Index> source(count);
-    std::vector<Index> place(sorted.batches.begin(), sorted.batches.end());
-    for (std::size_t vertex = 0; vertex < depth_.size(); ++vertex) {
-        if (depth_[vertex] > 0) source[place[depth_[vertex] - 1]++] = number[vertex];
-    }
+    const auto by_depth = grouped<Index>(deepest, [&](const auto& visit) {
+        for (std::size_t vertex = 0; vertex < depth_.size(); ++vertex) {
+            if (depth_[vertex] > 0) visit(depth_[vertex] - 1, number[vertex]);
+        }
+    });
+    const std::vector<Index>& source = by_depth.items;
+    Splits sorted;
+    sorted.batches.assign(by_depth.offsets.begin(), by_depth.offsets.end());
     sorted.vertices.resize(count);
     sorted.closed.resize(count);
     sorted.offsets.resize(count + 1);

@@ -66,8 +66,8 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     }
     find_driving_handles();
     // Behind the whole mesh's, whose numbers take the most memory.
-    const StageTimer timer(bind_timings_, "coarse level");
     for (const Level& level : problem_.hierarchy->levels) {
+        const StageTimer timer(bind_timings_, "coarse level");
         const bool is_coarsest = &level == &problem_.hierarchy->base();
         problem_.levels.push_back(is_coarsest ? coarsest : make_coarse_level(level, unit, {rigidity}, execution));
     }
