@@ -28,9 +28,6 @@ PIN_GROUP = "Pin"
 REGION_GROUP = "Region"
 LEFT_OVER_GROUP = "Wrap Left Over"
 
-#: The folder of the artist's own marker sets among Blender's presets.
-MARKER_SETS_FOLDER = "meanvalue_markers"
-
 #: The solver's methods (`method` of the native Deformer), and its default rigidity.
 METHOD_FAST = "fast"
 METHOD_PAPER = "paper"

@@ -11,7 +11,6 @@ from .operators.import_motion import MEANVALUE_OT_import_motion
 from .operators.marker_problems import MEANVALUE_OT_find_marker_problems, MEANVALUE_OT_swap_markers
 from .operators.match_markers import MEANVALUE_OT_match_markers
 from .operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
-from .operators.save_marker_set import MEANVALUE_OT_save_marker_set
 
 
 class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
@@ -119,9 +118,7 @@ def _draw_pairs(layout, obj, capture):
     layout.label(text=found)
     active = marker_pairs.active_pair(obj)
     if active is not None:
-        row = layout.row(align=True)
-        row.prop(active, "landmark", text="")
-        row.operator(MEANVALUE_OT_save_marker_set.bl_idname, text="", icon='FILE_TICK')
+        layout.prop(active, "landmark", text="")
 
 
 class MEANVALUE_UL_marker_pairs(bpy.types.UIList):

@@ -14,7 +14,6 @@ from .operators import (
     marker_problems,
     match_markers,
     pick_marker_point,
-    save_marker_set,
 )
 from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F401
 
@@ -33,7 +32,6 @@ class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
         marker_problems.MEANVALUE_OT_swap_markers,
         match_markers.MEANVALUE_OT_match_markers,
         pick_marker_point.MEANVALUE_OT_pick_marker_point,
-        save_marker_set.MEANVALUE_OT_save_marker_set,
     )
 
 

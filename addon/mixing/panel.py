@@ -47,10 +47,7 @@ class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout, obj = self.layout, context.object
-        settings = obj.meanvalue.mix
-        column = column_of_settings(layout)
-        column.prop(settings, "tolerance_share")
-        column.prop(settings, "most_keys")
+        column_of_settings(layout).prop(obj.meanvalue.mix, "tolerance_share")
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
         made = mixed_keys.in_between_names(obj)
         if made:

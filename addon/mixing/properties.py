@@ -2,7 +2,7 @@
 """How the shape keys of an object are mixed: `object.meanvalue.mix`. The sliders are those of the keys."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, FloatProperty, PointerProperty
 
 from ..scene.declarations import aside
 from .bridge import mix_follower
@@ -26,9 +26,6 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
         max=100.0,
         precision=3,
         subtype='PERCENTAGE',
-    )
-    most_keys: IntProperty(
-        name="At Most", description="In-between keys that may be made", default=60, min=1, soft_max=200, max=2000
     )
 
 

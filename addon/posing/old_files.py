@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of version 0.1.0, where handles were `object.meanvalue.anchor_groups`: carried over when they are opened, and
-when their objects are appended. To be deleted once nobody has such files."""
+"""What older files have otherwise: carried over when they are opened, and when their objects are appended. In version
+0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move.
+To be deleted once nobody has such files."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty
 
 from .. import wording
-from ..scene import views
+from ..scene import mesh_arrays, mirrors, shape_keys, views
 from ..scene.declarations import aside
-from .bridge import control_places, controls
+from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
 
 #: What controls.choose() sets, and what is stored otherwise.
@@ -27,17 +28,37 @@ class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
     }
 
 
+def _turn_region_around(obj):
+    """A group of its own takes the place of one that was inverted. In Edit Mode that waits until it is left."""
+    settings = obj.meanvalue
+    if not settings.roi_invert or obj.type != 'MESH' or obj.mode == 'EDIT' or obj.data.library or obj.override_library:
+        return
+    rest = shape_keys.rest_positions(obj.data)
+    twins = mirrors.partners(obj, rest, *mesh_arrays.faces(obj.data))
+    held = scene_input.effective_region(obj, region.weights(obj), rest, None if twins is None else twins[None])
+    settings.roi_invert = False
+    if settings.roi_group in obj.vertex_groups:
+        region.write(obj, 1.0 - held)
+
+
 SETTINGS = {
+    "roi_invert": aside(BoolProperty)(
+        options={'HIDDEN'}, update=lambda settings, _context: _turn_region_around(settings.id_data)
+    ),
     "anchor_groups": aside(CollectionProperty)(type=MEANVALUE_PG_anchor_group, options={'HIDDEN'}),
     "active_anchor_group": aside(IntProperty)(options={'HIDDEN'}),
 }
 
 
 def carry_over(objects):
-    """Makes handles of what version 0.1.0 left in the settings of `objects`."""
+    """Makes of what older versions left in the settings of `objects` what there is now."""
     for obj in objects:
-        if obj.library is None and len(obj.meanvalue.anchor_groups):
+        if obj.library is not None:
+            continue
+        if len(obj.meanvalue.anchor_groups):
             _carry_over(obj)
+        if obj.meanvalue.roi_invert:
+            _turn_region_around(obj)
 
 
 def _carry_over(obj):

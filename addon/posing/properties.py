@@ -56,11 +56,6 @@ class Settings:
         maxlen=ids.NAME_LENGTH,
         update=_choose_region,
     )
-    roi_invert: BoolProperty(
-        name="Invert",
-        description="The vertices outside the group may move, those in it stay in place",
-        update=tell,
-    )
     symmetric: EnumProperty(
         name="Symmetric",
         description="Pose both sides at once: what a handle does is done mirrored on the other side of the object's "

@@ -76,8 +76,7 @@ def on_both_sides(obj, freedom, twins_of_planes):
     """Of n weights of the region those that count: with Symmetric what is in the group on one side is on both."""
     if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or (twins_of_planes[-1] < 0).any():
         return freedom
-    other_side = freedom[twins_of_planes[-1]]
-    return np.minimum(freedom, other_side) if obj.meanvalue.roi_invert else np.maximum(freedom, other_side)
+    return np.maximum(freedom, freedom[twins_of_planes[-1]])
 
 
 def partners(obj, rest, corners, starts):

@@ -189,8 +189,8 @@ def pose_to_use(obj):
     shape = result_positions(obj)
     if shape is None:
         raise SceneError(
-            f"There is no pose to use: the shape key '{obj.meanvalue.result_key}' is missing. Move a handle with Live "
-            "on, or press Solve"
+            f"There is no pose to use: the shape key '{obj.meanvalue.result_key}' is missing. Turn Live on and "
+            "move a handle"
         )
     return shape
 

@@ -18,9 +18,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         settings = subject.of(context).meanvalue.wrap
-        column = column_of_settings(layout)
-        column.prop(settings, "target")
-        column.prop(settings, "tolerance_share")
+        column_of_settings(layout).prop(settings, "target")
         row = layout.row(align=True)
         row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, icon='EYEDROPPER')
         if settings.pairs:

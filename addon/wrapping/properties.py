@@ -5,7 +5,6 @@ import bpy
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
-    FloatProperty,
     FloatVectorProperty,
     IntProperty,
     PointerProperty,
@@ -36,16 +35,6 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
     pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
     show_pairs: BoolProperty(
         name="Lines", description="Show a line from each picked vertex to its place on the other mesh", default=True
-    )
-    tolerance_share: FloatProperty(
-        name="Left Over",
-        description="Vertices that end farther from the other mesh than this part of its size are put in a group",
-        default=0.5,
-        min=0.001,
-        soft_max=5.0,
-        max=100.0,
-        precision=2,
-        subtype='PERCENTAGE',
     )
     made: StringProperty(options={'HIDDEN'})  # the shape key that the last wrap wrote
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from addon.baking.bridge.clips import BakePlan, HandleClip
 from addon.baking.core import bake_times, chunk_store, point_cache
-from addon.capture.core import known_sets, marker_sets
 from addon.errors import MeanValueError
 from addon.posing.core.bind_input import BindInput
 from addon.solver.core import steps
@@ -139,21 +138,6 @@ class Chunks:
         assert list(bake_times.notes([1, 2, 3, 4], problems))
 
 
-class MarkerSets:
-    name = "markers"
-    damaged = staticmethod(json_damaged)
-
-    def __init__(self, folder):
-        marker_sets.save(folder / "seed.json", "Plug-in Gait", known_sets.PLUG_IN_GAIT)
-        self.seeds = [(folder / "seed.json").read_bytes()]
-
-    def attempt(self, content, folder):
-        path = folder / "a.json"
-        path.write_bytes(content)
-        labels = ["LASI", "x:RASI", "", "LKNE"]
-        return is_taken(lambda: marker_sets.recognise(labels, dict([marker_sets.load(path)])).words)
-
-
 class FrameRanges:
     name = "frames"
 
@@ -177,4 +161,4 @@ class FrameRanges:
         assert FARM.parse(FARM.spelled(frames)) == frames
 
 
-KINDS = (PointCaches, Bundles, Chunks, MarkerSets, FrameRanges)
+KINDS = (PointCaches, Bundles, Chunks, FrameRanges)

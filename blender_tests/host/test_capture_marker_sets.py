@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/core/capture: names of markers and presets; without Blender."""
-
-import json
+"""addon/core/capture: names of markers; without Blender."""
 
 import pytest
 
 from addon.capture.core import known_sets, landmarks, marker_sets, readers
-from addon.errors import InvalidMotionError
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -89,36 +86,6 @@ def test_a_landmark_is_given_once_and_unknown_names_are_none():
     nothing = marker_sets.recognise(["*1", "*2"])
     assert (nothing.name, nothing.landmarks) == (None, (None, None))
     assert marker_sets.recognise([]).name is None
-
-
-def test_presets_come_back_as_they_were(tmp_path):
-    path = tmp_path / "mine.json"
-    mine = {"Knie": "knee.L", "A2": "thigh.2.R"}
-    marker_sets.save(path, "Meins ü", mine)
-    assert marker_sets.load(path) == ("Meins ü", mine)
-    assert marker_sets.recognise(["x:knie", "A2"], {"Meins ü": mine}).landmarks == ("knee.L", "thigh.2.R")
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        *("{", "[1]", '{"format": "other"}', {"format": "other"}, {"name": 3}),
-        *({"landmarks": {}}, {"landmarks": ["a"]}, {"landmarks": {"a": 3}}, {"landmarks": {"a": "tail.L"}}),
-    ],
-)
-def test_broken_presets_are_told(tmp_path, content):
-    path = tmp_path / "broken.json"
-    whole = {"format": marker_sets.FORMAT, "name": "n", "landmarks": {"a": "knee.L"}}
-    path.write_text(content if isinstance(content, str) else json.dumps({**whole, **content}))
-    with pytest.raises(InvalidMotionError, match=r"^broken\.json is no marker preset"):
-        marker_sets.load(path)
-
-
-def test_presets_that_cannot_be_read_or_written_are_told(tmp_path):
-    with pytest.raises(InvalidMotionError, match="can't be read"):
-        marker_sets.load(tmp_path / "none.json")
-    with pytest.raises(InvalidMotionError, match="can't be written"):
-        marker_sets.save(tmp_path / "no" / "folder.json", "n", known_sets.COMMON_41)
 
 
 @pytest.mark.parametrize(

@@ -59,13 +59,11 @@ def test_a_distance_that_was_never_given_fits_the_mesh():
         assert 5 < len(members(obj, "Region")) < 60
 
 
-def test_growing_again_replaces_the_region_and_turns_invert_off():
+def test_growing_again_replaces_the_region():
     obj = grid_with_handle()
     grow(distance=2.1)
-    obj.meanvalue.roi_invert = True
     grow(distance=1.2)
     assert members(obj, "Region") == AROUND
-    assert not obj.meanvalue.roi_invert
     assert obj.vertex_groups.keys() == ["Handle", "Region"]
 
 
@@ -76,10 +74,6 @@ def test_extend_adds_to_what_may_move():
     obj.meanvalue.active_handle = 0
     grow(distance=1.2, extend=True)
     assert members(obj, "Region") == sorted({0, 1, 5, *AROUND})
-    obj.meanvalue.roi_invert = True
-    obj.vertex_groups["Region"].add(list(range(25)), 1.0, 'REPLACE')
-    grow(distance=1.2, extend=True)
-    assert members(obj, "Region") == AROUND, "the group was inverted, so that nothing could move before"
 
 
 def test_extend_keeps_a_falloff_and_the_artists_own_group():
@@ -142,11 +136,9 @@ def test_painting_a_region_that_is_there_keeps_it_as_it_is():
     steps.add_group(obj, "Arm", AROUND)
     steps.add_group(obj, "Last", [0])
     obj.meanvalue.roi_group = "Arm"
-    obj.meanvalue.roi_invert = True
     assert bpy.ops.meanvalue.paint_region() == {'FINISHED'}
     assert obj.vertex_groups.active.name == "Arm"
     assert members(obj, "Arm") == AROUND
-    assert obj.meanvalue.roi_invert
 
 
 def test_painting_while_the_control_is_active_paints_the_mesh():

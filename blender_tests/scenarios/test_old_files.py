@@ -143,3 +143,25 @@ def test_appended_objects_are_carried_over():
     bpy.context.collection.objects.link(obj)
     bpy.context.view_layer.update()
     assert [handle.name for handle in obj.meanvalue.handles] == [each["name"] for each in RECORDED["Kept"]["handles"]]
+
+
+@pytest.mark.parametrize("mode", ['OBJECT', 'EDIT'])
+def test_an_inverted_region_goes_on_letting_the_same_vertices_move(tmp_path, mode):
+    """In Edit Mode it waits until that is left. The artist's own group stays as it is."""
+    obj = meshes.grid()
+    steps.list_anchors(obj, Handle=[12])
+    steps.add_group(obj, "Held", range(10), 0.4)
+    obj.meanvalue.roi_group = "Held"
+    stored = obj.meanvalue if bpy.app.version < (5, 0) else obj.bl_system_properties_get()["meanvalue"]
+    stored["roi_invert"] = True
+    bpy.ops.object.mode_set(mode=mode)
+    path = str(tmp_path / "inverted.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    bpy.context.view_layer.update()
+    obj = bpy.data.objects["Grid"]
+    free = installed.part("scene.vertex_groups").weights(obj, ["Held", obj.meanvalue.roi_group])
+    assert obj.meanvalue.roi_group == "Region" and not obj.meanvalue.roi_invert
+    assert free["Held"].tolist() == pytest.approx([0.4] * 10 + [0.0] * 15)
+    assert free["Region"].tolist() == pytest.approx([0.6] * 10 + [1.0] * 15, abs=1 / 255)

@@ -90,7 +90,7 @@ def test_a_region_on_one_side_is_one_on_both(invert):
     obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Side", invert
     meshes.activate(obj)
     if invert:  # what is frozen on one side is on the other, which leaves nothing
-        with steps.refused("Nothing is free to move"):
+        with steps.refused("The region is empty"):
             bpy.ops.meanvalue.bind()
         return
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}

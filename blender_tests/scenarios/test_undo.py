@@ -58,7 +58,6 @@ def with_a_region():
     obj = listed(12)
     steps.add_group(obj, "Region", [3, 4])
     obj.meanvalue.roi_group = "Region"
-    obj.meanvalue.roi_invert = True
 
 
 def painting():

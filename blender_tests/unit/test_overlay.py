@@ -65,8 +65,6 @@ def test_the_regions_faces(data):
     look = data.look(obj)
     assert sorted(map(tuple, look.tint[:, :2].tolist())) == [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)]
     assert len(look.corners) == 4, "two quads"
-    obj.meanvalue.roi_invert = True
-    assert len(data.look(obj).corners) == 20, "ten quads that have no vertex in the group"
     obj.meanvalue.roi_group = ""
     assert len(data.look(obj).corners) == 0
 
@@ -80,8 +78,6 @@ def test_what_moves_less_is_fainter(data):
     obj.meanvalue.roi_group = "Region"
     look = data.look(obj)
     assert look.freedom.tolist() == [weights[vertex] for vertex in sorted(REGION)]
-    obj.meanvalue.roi_invert = True
-    assert len(data.look(obj).freedom) == len(data.look(obj).tint) > 0
 
 
 def test_with_symmetric_both_sides_are_shown(data):

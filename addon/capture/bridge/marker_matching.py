@@ -110,7 +110,7 @@ def steps(given):
         ramp=round(RAMP_SECONDS * given.recording.rate_hz),
         cuffs=found,
         told=[given.recognition, *match_notes.of_gaps(markers.how), *told_of_cuffs],
-        notes=[*given.notes, *notes, *words],
+        notes=[*notes, *words],
     )
 
 

@@ -11,7 +11,7 @@ from ...errors import SceneError
 from ...scene import mesh_arrays, shape_keys
 from ...scene.core import motion
 from ...scene.core.surface import Surface
-from . import marker_pairs, marker_presets, takes
+from . import marker_landmarks, marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.
 OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "spline_seconds", "rigid_seconds")
@@ -33,7 +33,6 @@ class MatchInput:
     picked: frozenset  # the names of those of them that were picked by hand
     to_object: np.ndarray | None  # 4 x 4 from the markers' world to the object's space; None: as `align` says
     options: SimpleNamespace  # OPTIONS, and cutoff_hz, which is None without a filter
-    notes: list  # sentences
 
 
 def problem(obj):
@@ -81,7 +80,7 @@ def _read(obj, fixed, picked, to_object):
     recording = takes.read(capture.take)
     other = capture.reference_take
     standing = recording if other is None or other == capture.take else takes.read(other)
-    landmarks, recognition, notes = marker_presets.recognised(capture, recording.labels)
+    landmarks, recognition = marker_landmarks.recognised(capture, recording.labels)
     left_out = {pair.name for pair in capture.pairs if not pair.is_used}
     options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
     options.cutoff_hz = capture.cutoff_hz if capture.use_low_pass else None
@@ -102,5 +101,4 @@ def _read(obj, fixed, picked, to_object):
         picked=frozenset(picked),
         to_object=to_object,
         options=options,
-        notes=notes,
     )

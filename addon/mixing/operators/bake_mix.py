@@ -11,7 +11,10 @@ from ..bridge.mix_reading import gather
 from ..bridge.morphers import InBetweenSearch
 
 #: Where the tolerance is not reached.
-ADVICE = "Allow more keys (At Most), raise the tolerance, or bake the animation to a point cache"
+ADVICE = "Raise the tolerance, or bake the animation to a point cache"
+
+#: In-between keys that are made at most.
+MOST_KEYS = 60
 
 #: How far a slider goes at least.
 LEAST_RANGE = 1e-6
@@ -45,13 +48,12 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     def prepare(self, obj, _reading):
         if self.remove:
             return None
-        settings = obj.meanvalue.mix
         mix_input = gather(obj)
         stuck = [f"'{slider.name}'" for slider in mix_input.sliders if max(slider.high, -slider.low) < LEAST_RANGE]
         if stuck:
             raise SceneError(f"The slider of {wording.listed(stuck)} goes nowhere. Raise Range Max, or mute the key")
-        tolerance = settings.tolerance_share / 100.0 * mix_input.diagonal
-        return InBetweenSearch(mix_input, tolerance, settings.most_keys)
+        tolerance = obj.meanvalue.mix.tolerance_share / 100.0 * mix_input.diagonal
+        return InBetweenSearch(mix_input, tolerance, MOST_KEYS)
 
     def progress_text(self, stage, share):
         solved = self._prepared.solved if self._prepared is not None else 0

@@ -20,7 +20,7 @@ SAME_SIZE = 1e-6
 KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
 #: Settings that making a handle and its region changes.
-SETTINGS = ("active_handle", "live", "roi_group", "roi_invert", "made_region", "former_result")
+SETTINGS = ("active_handle", "live", "roi_group", "made_region", "former_result")
 
 #: The end of a limb is where its region's weights are no higher.
 END_OF_LIMB = 0.25
@@ -196,8 +196,7 @@ class _Before:
     def _bring_weights_back(self, obj):
         name = self._settings["roi_group"]
         if self._had_group and obj.meanvalue.roi_group == name:
-            weights = 1.0 - self._weights if self._settings["roi_invert"] else self._weights
-            vertex_groups.replace_weights(obj, obj.vertex_groups[name], weights)
+            vertex_groups.replace_weights(obj, obj.vertex_groups[name], self._weights)
         else:
             region.remove_made_group(obj)
 

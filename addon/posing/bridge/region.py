@@ -50,18 +50,14 @@ def remove_made_group(obj):
     if settings.roi_group == settings.made_region:
         vertex_groups.remove_made(obj, settings.made_region)
     settings.roi_group = settings.made_region = ""
-    settings.roi_invert = False
 
 
 def weights(obj):
     """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
     missing."""
-    settings = obj.meanvalue
-    name = settings.roi_group
-    if name not in obj.vertex_groups:
-        return np.zeros(len(obj.data.vertices))
-    found = vertex_groups.weights(obj, [name])[name]
-    return 1.0 - found if settings.roi_invert else found
+    name = obj.meanvalue.roi_group
+    found = vertex_groups.weights(obj, [name]).get(name)
+    return np.zeros(len(obj.data.vertices)) if found is None else found
 
 
 def copies(obj):
@@ -113,7 +109,6 @@ def handle_members(obj, name):
 def write(obj, weights):
     """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed."""
     vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
-    obj.meanvalue.roi_invert = False
 
 
 def radius(obj, size):

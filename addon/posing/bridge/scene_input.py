@@ -125,7 +125,7 @@ def gather(obj, reading=None, to_bind=True):
     names = [handle.name for handle in handles]
     region_name = settings.roi_group
     freedom = region_weights(obj, reading)
-    _require_members(names, members, region_name, settings.roi_invert, freedom)
+    _require_members(names, members, region_name, freedom)
     anchors, handle_numbers = anchor_layout([members[name] for name in names])
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
@@ -164,17 +164,14 @@ def gather(obj, reading=None, to_bind=True):
 def region_weights(obj, reading):
     """n float64, 0 to 1: how freely each vertex moves by the group of the region; all may where there is none."""
     weights = reading.weights.get(obj.meanvalue.roi_group)
-    if weights is None:
-        return np.ones(len(obj.data.vertices))
-    return 1.0 - weights if obj.meanvalue.roi_invert else weights
+    return np.ones(len(obj.data.vertices)) if weights is None else weights
 
 
 def effective_region(obj, freedom, rest, twins):
     """Of n weights of the region those that count: the same for all copies of a merged vertex, and on both sides of a
     symmetric mesh. rest, twins: as of a BindInput."""
-    first, invert = welding.copies(rest, obj.meanvalue.merge_distance), obj.meanvalue.roi_invert
-    freedom = welding.spread(freedom, first, invert)
-    return welding.spread(mirrors.on_both_sides(obj, freedom, twins), first, invert)
+    first = welding.copies(rest, obj.meanvalue.merge_distance)
+    return welding.spread(mirrors.on_both_sides(obj, welding.spread(freedom, first), twins), first)
 
 
 def unheld_problem(obj):
@@ -202,7 +199,7 @@ def require_handles(obj):
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
 
-def _require_members(names, members, region_name, invert, freedom):
+def _require_members(names, members, region_name, freedom):
     empty = next((name for name in names if len(members[name]) == 0), None)
     if empty is not None:
         raise SceneError(
@@ -210,6 +207,6 @@ def _require_members(names, members, region_name, invert, freedom):
         )
     if region_name and not (freedom > 0.0).any():
         raise SceneError(
-            f"The region is empty: by '{region_name}'{' with Invert' if invert else ''} no vertex may move. Assign the "
-            "vertices that may, choose another group, or clear the field"
+            f"The region is empty: by '{region_name}' no vertex may move. Assign the vertices that may, choose another "
+            "group, or clear the field"
         )

@@ -81,10 +81,10 @@ def collapsed_share(rest, face_corners, face_starts, merge_distance):
     return float((lengths <= merge_distance).mean()), float(f"{np.floor(harmless / figure) * figure:.1g}")
 
 
-def spread(weights, first, lowest=False):
-    """n float: the highest of the weights of all copies (`first`, of copies()), or the lowest."""
+def spread(weights, first):
+    """n float: the highest of the weights of all copies (`first`, of copies())."""
     if first is None:
         return weights
     found = weights.copy()
-    (np.minimum if lowest else np.maximum).at(found, first, weights)
+    np.maximum.at(found, first, weights)
     return found[first]

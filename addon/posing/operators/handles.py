@@ -100,7 +100,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         if keyed:
             notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
         if not obj.meanvalue.live:
-            notes.append("Live is off: press Solve to have the mesh follow")
+            notes.append("Live is off: turn it on to have the mesh follow")
         return f"{wording.counted(len(usable), 'handle')} reset", notes
 
 

@@ -57,8 +57,7 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
     def draw(self, _context):
         menus.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
         self.layout.menu(MEANVALUE_MT_apply.bl_idname)
-        solve = ("meanvalue.bind", "meanvalue.solve", "meanvalue.solve_from_key")
-        menus.draw_operators(self.layout, (None, *solve, None))
+        menus.draw_operators(self.layout, (None, "meanvalue.bind", "meanvalue.solve_from_key", None))
         menus.draw_operators(
             self.layout, ("meanvalue.sample_rig_poses", "meanvalue.select_problems", "meanvalue.copy_system_info")
         )

@@ -132,13 +132,11 @@ class MEANVALUE_PT_region(PosingPart, bpy.types.Panel):
     bl_label = "Region"
 
     def draw(self, context):
-        settings = subject.of(context).meanvalue
-        row = self.layout.row(align=True)
-        row.prop_search(settings, "roi_group", subject.of(context), "vertex_groups", text="")
-        row.prop(settings, "roi_invert", text="", icon='ARROW_LEFTRIGHT')
+        obj = subject.of(context)
+        self.layout.prop_search(obj.meanvalue, "roi_group", obj, "vertex_groups", text="")
         buttons = self.layout.column(align=True)
         buttons.operator("meanvalue.grow_region", icon='EMPTY_AXIS')
-        is_painting = subject.of(context).mode == 'WEIGHT_PAINT'
+        is_painting = obj.mode == 'WEIGHT_PAINT'
         buttons.operator("meanvalue.paint_region", icon='BRUSH_DATA', depress=is_painting)
 
 
@@ -170,7 +168,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         layout.prop(settings, "result_key")
         solve = layout.column(align=True)
         solve.operator("meanvalue.bind")
-        solve.operator("meanvalue.solve")
         solve.operator("meanvalue.solve_from_key")
         layout.operator_menu_enum("meanvalue.select_problems", "kind", icon='RESTRICT_SELECT_OFF')
         layout.operator("meanvalue.copy_system_info", icon='COPYDOWN')

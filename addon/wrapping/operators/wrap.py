@@ -8,6 +8,9 @@ from ...scene import subject
 from ...widgets.background import BackgroundOperator
 from ..bridge import wrap_scene
 
+#: Vertices that end farther away are put in a group, as a share of the other mesh's size.
+LEFT_OVER = 0.005
+
 
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.wrap"
@@ -30,14 +33,13 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
 
     def finish(self, obj, prepared, wrapped):
         target = bpy.data.objects[prepared.target_name]
-        settings = obj.meanvalue.wrap
         size = prepared.given.diagonal
-        name, left_over = wrap_scene.write(obj, target, wrapped, settings.tolerance_share / 100.0 * size)
+        name, left_over = wrap_scene.write(obj, target, wrapped, LEFT_OVER * size)
         distance = wrapped.distance[prepared.given.used] / size
         notes = []
         if left_over:
             notes.append(
-                f"{wording.vertices(left_over)} are farther than {settings.tolerance_share:g}%: they are in the "
+                f"{wording.vertices(left_over)} are farther than {LEFT_OVER:.1%}: they are in the "
                 f"vertex group '{ids.LEFT_OVER_GROUP}'. What '{target.name}' has no place for stays in shape there; "
                 "elsewhere, pick more pairs"
             )
