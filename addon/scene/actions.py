@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from .. import compat
+from ..errors import SceneError
 
 
 def write_curve(id_block, data_path, index, frames, values, interpolation='LINEAR'):
@@ -51,14 +52,37 @@ def read_keys(id_block, data_path, index=0):
 
 
 def own_action(id_block):
-    """The action of a datablock, one that no other uses; made if there is none."""
+    """The action of a datablock, one of this file that no other uses; made if there is none. @throws SceneError."""
+    _require_own(id_block)
     animation = id_block.animation_data
     action = animation.action if animation else None
     if action is None:
         return bpy.data.actions.new(id_block.name)
-    if action.users - int(action.use_fake_user) > 1:
+    if action.library is not None or action.users - int(action.use_fake_user) > 1:
         return action.copy()
     return action
+
+
+def insert_key(owner, path, **options):
+    """As `owner.keyframe_insert(path)`; what is linked gets a copy of its action in this file. @throws SceneError."""
+    id_block = owner.id_data
+    _require_own(id_block)
+    animation = id_block.animation_data
+    if animation is not None and animation.action is not None and animation.action.library is not None:
+        compat.curves_to_write(id_block, animation.action.copy())
+    try:
+        owner.keyframe_insert(path, **options)
+    except (RuntimeError, TypeError) as error:  # a locked curve
+        raise SceneError(f"'{owner.name}' takes no keyframes on {path}: {error}") from error
+
+
+def _require_own(id_block):
+    """@throws SceneError if keyframes would be gone when the file is opened again."""
+    if id_block.library is not None:
+        raise SceneError(
+            f"'{id_block.name}' is linked from another file, so its keyframes would not be saved. Make it local or a "
+            "library override (Object > Relations), or choose another control"
+        )
 
 
 def remove_action(id_block):

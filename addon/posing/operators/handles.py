@@ -6,7 +6,7 @@ import bpy
 from ... import wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import selection, vertex_groups
+from ...scene import actions, selection, vertex_groups
 from ...widgets.base import MeshOperator
 from ..bridge import control_places, controls, region
 
@@ -132,9 +132,9 @@ def insert_keyframes(mover, notes):
     group = mover.name if is_bone else "Object Transforms"
     for channel in ("location", ROTATIONS.get(mover.rotation_mode, "rotation_euler"), "scale"):
         try:
-            mover.keyframe_insert(channel, group=group)
-        except (RuntimeError, TypeError) as error:  # a linked or locked action
-            notes.append(f"'{mover.name}' takes no keyframes on {channel}: {error}")
+            actions.insert_key(mover, channel, group=group)
+        except SceneError as error:
+            notes.append(str(error))
             return
 
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ... import compat, wording
 from ...errors import SceneError
-from ...scene import shape_keys
+from ...scene import actions, shape_keys
 from ...scene.core.key_shapes import KeyShapes, Slider
 from ...scene.key_reading import KeyReading
 
@@ -109,9 +109,5 @@ def set_values(obj, names, found):
 
 def insert_keyframes(obj, names):
     """Keys the values of the shape keys `names` at the current frame. @throws SceneError."""
-    blocks = obj.data.shape_keys.key_blocks
-    try:
-        for name in names:
-            blocks[name].keyframe_insert("value")
-    except (RuntimeError, TypeError) as error:  # a linked or locked action
-        raise SceneError(f"The shape keys of '{obj.name}' take no keyframes: {error}") from error
+    for name in names:
+        actions.insert_key(obj.data.shape_keys.key_blocks[name], "value")
