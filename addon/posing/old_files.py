@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What older files have otherwise: carried over when they are opened, and when their objects are appended. In version
-0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move.
-To be deleted once nobody has such files."""
+0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move;
+seams were open. To be deleted once nobody has such files."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty
 
 from .. import wording
-from ..scene import mesh_arrays, mirrors, shape_keys, views
+from ..scene import mesh_arrays, mirrors, seams, shape_keys, views
 from ..scene.declarations import aside
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
@@ -33,9 +33,9 @@ def _turn_region_around(obj):
     settings = obj.meanvalue
     if not settings.roi_invert or obj.type != 'MESH' or obj.mode == 'EDIT' or obj.data.library or obj.override_library:
         return
-    rest = shape_keys.rest_positions(obj.data)
-    twins = mirrors.partners(obj, rest, *mesh_arrays.faces(obj.data))
-    held = scene_input.effective_region(obj, region.weights(obj), rest, None if twins is None else twins[None])
+    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
+    twins, copies = mirrors.partners(obj, rest, *faces), seams.copies(obj, rest, faces)
+    held = scene_input.effective_region(obj, region.weights(obj), copies, None if twins is None else twins[None])
     settings.roi_invert = False
     if settings.roi_group in obj.vertex_groups:
         region.write(obj, 1.0 - held)
@@ -55,6 +55,9 @@ def carry_over(objects):
     for obj in objects:
         if obj.library is not None:
             continue
+        bound = obj.meanvalue.bound
+        if bound.is_bound and not bound.knows_seams:
+            obj.meanvalue.close_seams, bound.knows_seams = False, True
         if len(obj.meanvalue.anchor_groups):
             _carry_over(obj)
         if obj.meanvalue.roi_invert:

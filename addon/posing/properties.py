@@ -29,6 +29,7 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     roi: StringProperty()
     settings: StringProperty()
     mirror: StringProperty()
+    knows_seams: BoolProperty()  # it was bound by a version that closes seams; see old_files.py
 
 
 def _choose_region(settings, context):
@@ -120,10 +121,17 @@ class Settings:
         default=ids.LOOSE_FOLLOW,
         update=tell,
     )
+    close_seams: BoolProperty(
+        name="Close Seams",
+        description="Vertices of open borders that lie in one place move as one, as where a texture or a sharp edge "
+        "splits the mesh. The mesh itself stays as it is",
+        default=True,
+        update=tell,
+    )
     merge_distance: FloatProperty(
         name="Merge Distance",
-        description="Vertices this near to each other move as one: closes open seams and doubles for the solver, while "
-        "the mesh stays as it is. 0: none are",
+        description="Vertices this near to each other move as one too, on borders or not: closes seams that gape and "
+        "joins layers. 0: only what Close Seams finds",
         default=0.0,
         min=0.0,
         soft_max=0.01,

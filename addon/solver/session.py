@@ -54,7 +54,7 @@ def remember(bind_input, binding):
 
 def _family(bind_input):
     examples = None if bind_input.examples is None else bind_input.examples.revision
-    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, bind_input.merge_distance, examples
+    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, examples
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None, early=False):

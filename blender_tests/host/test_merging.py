@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from addon.errors import SceneError
-from addon.posing.core.welding import first_of_place
+from addon.scene.core.welding import first_of_place, require_no_more_than_seams, together
 from blender_tests.host.test_messy_meshes import bent_tube, given, solved, tube
 
 
@@ -60,22 +60,40 @@ def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
     assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
 
 
-def test_what_is_near_in_another_shape_than_the_one_that_counts_stays_apart():
+def test_what_is_apart_in_another_shape_stays_apart():
+    """Lips: two upper copies go one way, two lower ones another."""
+    rest = np.repeat(np.eye(3, dtype=np.float32), 4, axis=0)
+    opened = rest.copy()
+    opened[[1, 3], 2] += 0.1
+    first = np.repeat([0, 4, 8], 4)
+    assert together(first, [rest, opened], 0.0).tolist() == [0, 1, 0, 1, *[4] * 4, *[8] * 4]
+    assert together(first, [rest, opened], 0.2).tolist() == first.tolist()
+
+
+@pytest.mark.parametrize("is_turned", [False, True])
+@pytest.mark.parametrize("offset", [0.0, 1e-7])
+def test_open_borders_in_one_place_are_one_and_layers_are_not(is_turned, offset):
     vertices, triangles = tube()
-    closed = vertices.copy()
-    closed[60] = closed[90]
-    bind_input = given(closed, triangles, np.arange(12), merge_distance=1e-3, merged_at=vertices.astype(np.float32))
+    layers = np.concatenate([vertices, vertices + offset])
+    both = np.concatenate([triangles, len(vertices) + (triangles[:, ::-1] if is_turned else triangles)])
+    places = given(layers, both, np.arange(12), close_seams=True).solver_mesh.places.reshape(2, -1)
+    is_end = (vertices[:, 2] == 0.0) | (vertices[:, 2] == 6.0)
+    assert np.array_equal(places[0] == places[1], is_end)
+    assert given(vertices, triangles, np.arange(12), close_seams=True).copies is None
+
+
+def test_a_soup_is_one_surface_with_no_distance():
+    vertices, triangles = tube()
+    soup = vertices[triangles.ravel()] + np.random.default_rng(4).uniform(-1e-7, 1e-7, (triangles.size, 3))
+    own = np.arange(triangles.size, dtype=np.int32).reshape(-1, 3)
+    bind_input = given(soup, own, np.arange(12), close_seams=True)
     assert len(bind_input.solver_mesh.rest) == len(vertices)
-    apart = given(vertices, triangles, np.arange(12), merge_distance=1e-3)
-    bind_input = given(vertices, triangles, np.arange(12), merge_distance=1e-3, merged_at=closed.astype(np.float32))
-    assert bind_input.fingerprint != apart.fingerprint
-    assert bind_input.solver_mesh.places[60] == bind_input.solver_mesh.places[90]
+    assert np.array_equal(np.unique(bind_input.solver_mesh.triangles(own)), np.arange(len(vertices)))
 
 
-def test_a_merge_distance_that_is_no_seam_is_refused():
-    vertices, triangles = tube()
-    with pytest.raises(SceneError, match=r"Merge Distance 0\.5 is longer than edges"):
-        given(vertices, triangles, np.arange(12), merge_distance=0.5).check()
+def refuse(vertices, triangles, distance):
+    starts = np.arange(0, triangles.size, 3)
+    require_no_more_than_seams(vertices.astype(np.float32), triangles.ravel(), starts, distance)
 
 
 @pytest.mark.parametrize("share", [0.004, 0.009])
@@ -89,12 +107,11 @@ def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_name
     vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
     told = r"Merge Distance 0\.00\d is longer than edges .* \d+\.\d% .* Choose \S+ or less"
     with pytest.raises(SceneError, match=told) as refused:
-        given(vertices, triangles, np.arange(side), merge_distance=share).check()
+        refuse(vertices, triangles, share)
     named = float(str(refused.value).split("Choose ")[1].split()[0])
     assert 1e-3 <= named < 1.0 / side
-    bind_input = given(vertices, triangles, np.arange(side), merge_distance=named)
-    bind_input.check()
-    assert len(bind_input.solver_mesh.rest) == side * side
+    refuse(vertices, triangles, named)
+    assert len(given(vertices, triangles, np.arange(side), merge_distance=named).solver_mesh.rest) == side * side
 
 
 def joined_by_comparing_all(points, distance):

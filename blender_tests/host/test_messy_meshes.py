@@ -13,6 +13,8 @@ pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH"
 
 from addon.posing.core import mesh_problems
 from addon.posing.core.bind_input import BindInput
+from addon.scene.core import welding
+from addon.solver.core.fingerprint import digest
 from blender_tests.support import mesh_files, messy_variants
 from blender_tests.support.native_calls import bound
 
@@ -22,10 +24,14 @@ MOST_FREE = 4000
 
 def given(vertices, triangles, anchors, pieces=None, **options):
     roi = options.pop("roi", None)
+    rest = vertices.astype(np.float32)
+    corners, starts = triangles.ravel().astype(np.int32), np.arange(0, triangles.size, 3, dtype=np.int32)
+    ways = options.pop("close_seams", False), options.pop("merge_distance", 0.0)
     return BindInput(
-        rest=vertices.astype(np.float32),
-        face_corners=triangles.ravel().astype(np.int32),
-        face_starts=np.arange(0, triangles.size, 3, dtype=np.int32),
+        rest=rest,
+        face_corners=corners,
+        face_starts=starts,
+        copies=welding.copies(rest, *ways, digest(corners), lambda: (corners, starts)),
         anchors=np.asarray(anchors, np.int32),
         roi=np.ones(len(vertices), bool) if roi is None else roi,
         method="fast",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Merge Distance with regions and handles: an open seam behaves as the mesh that is joined there."""
+"""Seams with regions and handles: an open seam behaves as the mesh that is joined there, with no setting."""
 
 import bpy
 import numpy as np
@@ -8,8 +8,8 @@ from support import handles, meshes, steps
 from support.handles import rest, shown
 from support.sheets import region_weights
 
-#: Quads on a side of each half, and the distance that merges the doubles of the seam.
-SIDE, MERGE = 15, 1e-3
+#: Quads on a side of each half.
+SIDE = 15
 
 
 def height(x, y):
@@ -45,15 +45,11 @@ def joined():
 
 
 def open_seam():
-    obj = surface([(-SIDE, 0), (0, SIDE)], as_it_is, "Seam")
-    obj.meanvalue.merge_distance = MERGE
-    return obj
+    return surface([(-SIDE, 0), (0, SIDE)], as_it_is, "Seam")
 
 
 def split_faces():
-    obj = surface([(-SIDE, SIDE)], split, "Split")
-    obj.meanvalue.merge_distance = MERGE
-    return obj
+    return surface([(-SIDE, SIDE)], split, "Split")
 
 
 def positions(obj):
@@ -198,9 +194,10 @@ def test_merged_doubles_are_no_problem_any_more(capfd):
     obj = open_seam()
     steps.add_handle(obj, "Pin", over(obj, lambda x, y: x == -SIDE), pin=True)
     steps.add_handle(obj, "Handle", over(obj, lambda x, y: x == SIDE), live=False)
-    for distance, is_told in ((MERGE, False), (0.0, True)):
+    for is_on, distance, is_told in ((True, 0.0, False), (False, 0.0, True), (False, 1e-3, False)):
         meshes.activate(obj)
-        obj.meanvalue.merge_distance = distance
+        obj.meanvalue.close_seams, obj.meanvalue.merge_distance = is_on, distance
         assert bpy.ops.meanvalue.select_problems(kind='DOUBLE') == {'FINISHED'}
         assert ("16 doubled vertices" in capfd.readouterr().out) == is_told
         assert (obj.mode == 'EDIT') == is_told
+        bpy.ops.object.mode_set(mode='OBJECT')

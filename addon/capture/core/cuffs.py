@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...posing.core.connected import parts
+from ...scene.core.connected import parts
 from ...scene.core.rigid import fit_rotations
 from . import landmarks as places
 from .hip_centres import with_hips

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-from ...posing.core.connected import parts
+from ...scene.core.connected import parts
 from ...scene.core.sample_times import runs
 from . import landmarks as places
 from .filtering import low_pass

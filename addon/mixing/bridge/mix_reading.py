@@ -3,7 +3,8 @@
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import mesh_arrays
+from ...scene import mesh_arrays, seams
+from ...scene.core import welding
 from ...scene.core.key_shapes import Slider
 from ...scene.key_reading import KeyReading
 from ..core.mix_input import MixInput
@@ -26,7 +27,7 @@ class MixReading(KeyReading):
     @staticmethod
     def signature(obj):
         keys = tuple((key.name, key.slider_min, key.slider_max, key.vertex_group) for key in mixed_keys.mixed(obj))
-        return len(obj.data.vertices), keys
+        return len(obj.data.vertices), keys, seams.signature(obj)
 
     @staticmethod
     def written_key(_obj):
@@ -35,9 +36,12 @@ class MixReading(KeyReading):
     def result(self, obj):
         """The MixInput, once all is read. @throws SceneError."""
         parts = self.parts(obj)
-        for name, shape in parts["points"].items():
+        rest, shapes, faces = parts["rest"], parts["points"], mesh_arrays.faces(obj.data)
+        for name, shape in shapes.items():
             _require_extent(name, shape)
-        return MixInput(**parts, triangles=mesh_arrays.triangles(obj.data, parts["rest"]))
+        welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
+        copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
+        return MixInput(**parts, triangles=mesh_arrays.triangles(obj.data, rest), copies=copies)
 
 
 gather = MixReading.gather

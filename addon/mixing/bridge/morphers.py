@@ -27,12 +27,13 @@ class Mix:
 def bind_steps(mix_input, execution):
     """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
     CancelledError."""
-    shapes = np.array([mix_input.rest, *(mix_input.points[name] for name in mix_input.names)], np.float64)
+    whole = mix_input.whole
+    shapes = [whole.start(shape) for shape in (mix_input.rest, *(mix_input.points[name] for name in mix_input.names))]
     try:
         morpher = yield from session.steps(
             native_loader.module().start_bind_morph,
-            shapes,
-            mix_input.triangles,
+            np.array(shapes),
+            whole.triangles(mix_input.triangles),
             execution=execution,
             refused=REFUSED_SHAPES,
         )
@@ -61,13 +62,13 @@ def solve_steps(morpher, mix_input, values, execution=None):
         return Mix(shape.astype(np.float64), True, 0.0)
     solution = yield from session.steps(
         morpher.start_solve,
-        weights,
+        weights if weights.ndim == 1 else mix_input.whole.values(weights),
         parts=mix_input.parts,
         execution=execution,
         refused=REFUSED_SHAPES,
     )
     return Mix(
-        positions=session.finite(solution.vertices, "Move the sliders closer to 0"),
+        positions=mix_input.whole.cut_back(session.finite(solution.vertices, "Move the sliders closer to 0")),
         converged=bool(solution.converged),
         seconds=float(solution.timings["total"]),
     )

@@ -6,21 +6,31 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import fixed_points
+from ...scene.core import fixed_points, whole_mesh
 from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import digest
 
 
 @dataclass(frozen=True, eq=False)
 class MixInput(KeyShapes):
-    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32."""
+    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32.
+
+    copies: n int as of scene/seams.py, of those that stay together in all shapes; None for none.
+    """
 
     triangles: np.ndarray = None
+    copies: np.ndarray = None
 
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
-        return digest(self.rest, *(self.points[name] for name in self.names), self.triangles)
+        joined = [] if self.copies is None else [self.copies]
+        return digest(self.rest, *(self.points[name] for name in self.names), self.triangles, *joined)
+
+    @cached_property
+    def whole(self):
+        """What of the mesh goes to the solver."""
+        return whole_mesh.of(self.rest, self.copies)
 
     @cached_property
     def revision(self):

@@ -51,7 +51,7 @@ def write(record, now):
     """Remembers the binding of a Fingerprint."""
     for field in fields(now):
         setattr(record, field.name, getattr(now, field.name))
-    record.is_bound = True
+    record.is_bound = record.knows_seams = True
 
 
 def release(record):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import mesh_arrays, mirrors, object_model, shape_keys, shared_readings, shown_shape
+from ...scene import mesh_arrays, mirrors, object_model, seams, shape_keys, shared_readings, shown_shape
 from ..core import bind_input, tinted_faces
 from . import scene_input, targets
 
@@ -91,7 +91,8 @@ def _read(obj, stamp, reading, positions):
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if region in members:
         freedom = scene_input.region_weights(obj, reading)
-        freedom = scene_input.effective_region(obj, freedom, rest, None if twins is None else twins[None])
+        copies = seams.copies(obj, rest, reading.faces)
+        freedom = scene_input.effective_region(obj, freedom, copies, None if twins is None else twins[None])
         tinted, corners, freedom = _tint(obj, reading.faces, freedom, positions)
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
 

@@ -5,9 +5,9 @@ import numpy as np
 
 from ... import ids
 from ...errors import SceneError
-from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
-from ..core import region_growth, welding
+from ..core import region_growth
 
 #: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
 HANDLE_SHARE = 0.15
@@ -60,14 +60,9 @@ def weights(obj):
     return np.zeros(len(obj.data.vertices)) if found is None else found
 
 
-def copies(obj):
-    """n int: for each vertex the lowest index of those merged with it by Merge Distance; None if nothing is merged."""
-    return welding.copies(shape_keys.rest_positions(obj.data), obj.meanvalue.merge_distance)
-
-
 def copies_of(obj, vertex):
     """Indices of the vertices that are merged with `vertex`, and that itself as the first."""
-    first = copies(obj)
+    first = seams.copies(obj)
     if first is None:
         return [vertex]
     return [vertex, *(int(each) for each in np.flatnonzero(first == first[vertex]) if each != vertex)]
@@ -78,7 +73,7 @@ class Surface:
 
     def __init__(self, obj, seeds):
         self.rest = shape_keys.rest_positions(obj.data)
-        self.edges, self.seeds, self._first = mesh_arrays.edges(obj.data), seeds, copies(obj)
+        self.edges, self.seeds, self._first = mesh_arrays.edges(obj.data), seeds, seams.copies(obj, self.rest)
         if self._first is not None:
             edges = self._first[self.edges]
             self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])

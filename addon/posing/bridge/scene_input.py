@@ -8,10 +8,10 @@ import numpy as np
 
 from ... import compat, ids
 from ...errors import SceneError
-from ...scene import declarations, mesh_arrays, mirrors, object_model, shape_keys, vertex_groups
-from ...scene.core import mirror_planes
+from ...scene import declarations, mesh_arrays, mirrors, object_model, seams, shape_keys, vertex_groups
+from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
-from ..core import springs, welding
+from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
 from . import controls, examples, targets
 
@@ -130,7 +130,8 @@ def gather(obj, reading=None, to_bind=True):
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    freedom = effective_region(obj, freedom, rest, twins)
+    copies = seams.copies(obj, rest, reading.faces)
+    freedom = effective_region(obj, freedom, copies, twins)
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
@@ -153,10 +154,11 @@ def gather(obj, reading=None, to_bind=True):
         border=border,
         border_strengths=border_strengths,
         loose=settings.loose_parts,
-        merge_distance=settings.merge_distance,
+        copies=copies,
         examples=examples.gather(obj, rest, reading.weights) if to_bind else None,
     )
     if to_bind:
+        welding.require_no_more_than_seams(rest, corners, starts, settings.merge_distance)
         bind_input.check()
     return bind_input
 
@@ -167,11 +169,10 @@ def region_weights(obj, reading):
     return np.ones(len(obj.data.vertices)) if weights is None else weights
 
 
-def effective_region(obj, freedom, rest, twins):
+def effective_region(obj, freedom, copies, twins):
     """Of n weights of the region those that count: the same for all copies of a merged vertex, and on both sides of a
-    symmetric mesh. rest, twins: as of a BindInput."""
-    first = welding.copies(rest, obj.meanvalue.merge_distance)
-    return welding.spread(mirrors.on_both_sides(obj, welding.spread(freedom, first), twins), first)
+    symmetric mesh. copies, twins: as of a BindInput."""
+    return welding.spread(mirrors.on_both_sides(obj, welding.spread(freedom, copies), twins), copies)
 
 
 def unheld_problem(obj):

@@ -13,7 +13,7 @@ from ...scene.core.finite import require_finite
 from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
-from . import springs, welding
+from . import springs
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +37,17 @@ class BindInput:
     #: is a vertex that the mesh does not have.
     twins: np.ndarray | None = None
     loose: str = "follow"  # what becomes of parts that nothing holds: these, or "stay"
-    merge_distance: float = 0.0  # vertices so near to each other are one to the solver; 0: none are
-    merged_at: np.ndarray | None = None  # n x 3 float32, where they are so near; None: in the rest shape
+    copies: np.ndarray | None = None  # n int, as of scene/seams.py: the lowest of those that are one
     examples: KeyShapes | None = None  # shapes that show how the mesh bends
 
     @cached_property
     def fingerprint(self):
-        settings = f"method={self.method} rigidity={self.rigidity} loose={self.loose} merge={self.merge_distance!r}"
+        settings = f"method={self.method} rigidity={self.rigidity} loose={self.loose}"
+        joined = [each for each in (self.planes, self.twins, self.copies) if each is not None]
         return Fingerprint(
             vertex_count=len(self.rest),
             faces=digest(self.face_starts, self.face_corners),
-            rest_shape=digest(self.rest, *([] if self.merged_at is None else [self.merged_at])),
+            rest_shape=digest(self.rest),
             anchors=digest(
                 self.anchors,
                 self.handles,
@@ -55,7 +55,7 @@ class BindInput:
             ),
             roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
             settings=digest(settings, *([] if self.examples is None else [self.examples.revision])),
-            mirror="" if self.planes is None else digest(self.planes, self.twins),
+            mirror=digest(*joined) if joined else "",
         )
 
     @property
@@ -92,11 +92,6 @@ class BindInput:
         """Vertex indices of the hard anchors."""
         return self.anchors[self.hard_anchors]
 
-    @property
-    def where_merged(self):
-        """n x 3 float32: the shape in which Merge Distance is measured."""
-        return self.rest if self.merged_at is None else self.merged_at
-
     @cached_property
     def anchor_rest(self):
         """k x 3 float64: the anchors in the rest shape. Not to be written to."""
@@ -121,8 +116,6 @@ class BindInput:
         if len(self.face_starts) == 0:
             raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
         require_finite(self.rest, "rest shape")
-        if self.merge_distance > 0.0:
-            self._require_no_more_than_seams()
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:
             raise SceneError(
@@ -140,15 +133,6 @@ class BindInput:
                 f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (handles, pins and vertices outside the region count). "
                 "Pin more vertices, or choose a region that leaves some vertices out"
-            )
-
-    def _require_no_more_than_seams(self):
-        mesh = self.where_merged, self.face_corners, self.face_starts
-        collapsed, harmless = welding.collapsed_share(*mesh, self.merge_distance)
-        if collapsed > welding.MOST_COLLAPSED:
-            raise SceneError(
-                f"The Merge Distance {self.merge_distance:g} is longer than edges of the mesh, and would merge "
-                f"{wording.share(collapsed)} of its edges to points. Choose {harmless:g} or less (Advanced > Solver)"
             )
 
 

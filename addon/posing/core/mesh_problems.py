@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import wording
-from ...scene.core import fixed_points
-from . import welding
+from ...scene.core import fixed_points, welding
 
 #: Vertices nearer to each other than this share of the size lie in one place.
 SAME_PLACE = 1e-7

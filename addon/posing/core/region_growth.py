@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import connected
+from ...scene.core import connected
 
 #: How much longer than straight over the faces a way along edges is on a grid of squares.
 MOST_DETOUR = 2.0**0.5

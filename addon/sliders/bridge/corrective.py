@@ -9,6 +9,7 @@ from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import scene_input, targets
 from ...scene import mesh_arrays, shape_keys
+from ...scene.core import welding
 from ...solver import session
 from ...solver.core import result
 from . import key_shapes
@@ -29,7 +30,8 @@ class Corrective:
         self._targets = targets.gather(obj, self._held)
         shapes = key_shapes.gather(obj)
         self._mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
-        self._bind_input = dataclasses.replace(self._held, rest=self._mix, merged_at=self._held.rest)
+        copies = welding.together(self._held.copies, [self._mix], obj.meanvalue.merge_distance)
+        self._bind_input = dataclasses.replace(self._held, rest=self._mix, copies=copies)
         self._bind_input.check()
         self._triangles = mesh_arrays.triangles(obj.data, self._mix)
 

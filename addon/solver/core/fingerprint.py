@@ -57,16 +57,18 @@ def digest(*parts):
 
 
 def remembered(function):
-    """Decorator of a function of arrays and numbers to an array: the last few results are kept by the arguments'
-    content, since a mesh is read again after every edit of anything. They are not to be written to."""
+    """Decorator of a function of arrays and numbers to an array or None: the last few results are kept by the content
+    of the arguments, since a mesh is read again after every edit of anything. They are not to be written to. Functions
+    among the arguments are no content: they read what another argument tells apart."""
     known = {}
 
     @functools.wraps(function)
     def result_of(*arguments):
-        key = digest(*arguments)
+        key = digest(*(each for each in arguments if not callable(each)))
         if key not in known:
             result = function(*arguments)
-            result.flags.writeable = False
+            if result is not None:
+                result.flags.writeable = False
             while len(known) >= REMEMBERED:
                 del known[next(iter(known))]
             known[key] = result

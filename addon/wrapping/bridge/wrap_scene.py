@@ -6,24 +6,25 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, shape_keys, subject
-from ...scene.core import motion
+from ...scene import mesh_arrays, seams, shape_keys, subject
+from ...scene.core import motion, welding, whole_mesh
 from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
 from .wrapping import Wrap
 
 
 class Wrapping(Wrap):
-    """In place of a Posing for widgets/background.py. @throws SceneError."""
+    """In place of a Posing for widgets/background.py. whole: what of the mesh is fitted. @throws SceneError."""
 
     def __init__(self, obj, target):
-        super().__init__(gather(obj, target))
+        given, self.whole = gather(obj, target)
+        super().__init__(given)
         self.target_name = target.name
 
     def require_unchanged(self, obj, _reading):
         """@throws SceneError if one of both meshes is another by now."""
         target = bpy.data.objects.get(self.target_name)
-        if target is None or _key(gather(obj, target)) != _key(self.given):
+        if target is None or _key(gather(obj, target)[0]) != _key(self.given):
             raise SceneError(
                 f"'{obj.name}' or '{self.target_name}' was changed meanwhile, so the result is dropped. Try again"
             )
@@ -60,29 +61,35 @@ def _require_ready(obj, target):
 
 
 def gather(obj, target):
-    """WrapInput in the world, not checked: the rest shape of `obj`, `target` as it is shown. @throws SceneError."""
+    """(WrapInput in the world, not checked, what of the mesh that is fitted, see scene/core/whole_mesh.py): the rest
+    shape of `obj`, `target` as it is shown. @throws SceneError."""
     _require_ready(obj, target)
     to_world = _to_world(obj)
-    rest = shape_keys.rest_positions(obj.data)
+    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
-    return WrapInput(
-        vertices=motion.apply(to_world, rest),
-        triangles=_outwards(mesh_arrays.triangles(obj.data, rest), to_world),
+    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
+    whole = whole_mesh.of(rest, seams.copies(obj, rest, faces))
+    picked = np.array([pair.vertex for pair in pairs], np.int32)
+    given = WrapInput(
+        vertices=motion.apply(to_world, whole.rest),
+        triangles=_outwards(whole.triangles(mesh_arrays.triangles(obj.data, rest)), to_world),
         target=motion.apply(_to_world(target), shape),
         target_triangles=_outwards(triangles, _to_world(target)),
-        picked=np.array([pair.vertex for pair in pairs], np.int32),
+        picked=whole.places[picked] if picked.max(initial=0) < len(rest) else picked,  # check() tells of these
         points=motion.apply(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
     )
+    return given, whole
 
 
-def write(obj, target, wrapped, tolerance):
-    """The shape of Wrapped as a shape key at value 1, and the group of what is farther than `tolerance`.
+def write(obj, target, wrapped, whole, tolerance):
+    """The shape of Wrapped, of the whole, as a shape key at value 1, and the group of what is farther than `tolerance`.
 
     The key of the last wrap is written again. Returns (its name, how many vertices are in the group).
     """
     settings = obj.meanvalue.wrap
-    shape = motion.apply(np.linalg.inv(_to_world(obj)), wrapped.positions).astype(np.float32)
+    shape = motion.apply(np.linalg.inv(_to_world(obj)), wrapped.positions)
+    shape = np.asarray(whole.cut_back(shape), np.float32)
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(settings.made) if keys is not None and settings.made else None
     if key is None or key == keys.reference_key:
@@ -91,7 +98,7 @@ def write(obj, target, wrapped, tolerance):
         shape_keys.write_positions(obj.data, key, shape)
     shape_keys.show_fully(obj.data.shape_keys, key)
     settings.made = key.name
-    left_over = np.flatnonzero(wrapped.distance > tolerance)
+    left_over = np.flatnonzero(wrapped.distance[whole.places] > tolerance)
     group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
     if group is not None:
         group.remove(list(range(len(shape))))

@@ -34,7 +34,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, prepared, wrapped):
         target = bpy.data.objects[prepared.target_name]
         size = prepared.given.diagonal
-        name, left_over = wrap_scene.write(obj, target, wrapped, LEFT_OVER * size)
+        name, left_over = wrap_scene.write(obj, target, wrapped, prepared.whole, LEFT_OVER * size)
         distance = wrapped.distance[prepared.given.used] / size
         notes = []
         if left_over:

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which vertices of a mesh are one: those of open seams in one place, and what Merge Distance adds. The artist's mesh
+is not changed. See scene/seams.py for an object's, whole_mesh.py for what is made of them."""
+
+import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...solver.core.fingerprint import remembered
+from . import connected, mirror_planes
+from .nearness import LEAST_CELL, near_pairs
+
+#: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
+ROUNDING = 4.0 * 2.0**-23
+
+#: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
+MOST_COLLAPSED = 0.02
+
+#: Of more points than these in one cell only the outermost are compared with those of others.
+CROWD = 8
+
+#: A direction that neither edges nor planes of modeled meshes are at right angles to: along it they do not pile up.
+ALONG = np.array([0.5377, 0.3141, 0.7824])
+
+
+@remembered
+def copies(rest, closes_seams, merge_distance, _of_faces, read_faces):
+    """n int, not to be written to: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None where each is
+    its own.
+
+    closes_seams: vertices of open borders in one place are copies; merge_distance: and all that are so near, if > 0.
+    _of_faces: tells one mesh's faces from another's; read_faces(): (corners, starts) of them, asked for where needed.
+    """
+    distance = max(merge_distance, rounding(rest) if closes_seams else 0.0)
+    if merge_distance > 0.0:
+        first = first_of_place(rest, distance)
+    elif closes_seams:
+        first = np.arange(len(rest))
+        border = border_vertices(len(rest), *read_faces())
+        first[border] = border[first_of_place(rest[border], distance)]
+    else:
+        return None
+    return None if np.array_equal(first, np.arange(len(first))) else first
+
+
+def rounding(rest):
+    """How far copies of a vertex may be apart for all that is known of single precision."""
+    return ROUNDING * float(np.ptp(rest, axis=0).max(initial=0.0)) if len(rest) else 0.0
+
+
+def border_vertices(count, face_corners, face_starts):
+    """Ascending numbers of the vertices at edges that one face alone has, of `count`."""
+    if len(face_starts) == 0:
+        return np.empty(0, np.int64)
+    following = mirror_planes.edge_ends(face_corners, face_starts)
+    # Each edge adds to the sum of its start the mark of its end, and takes that of its start from the sum of its end.
+    # Two faces cancel out if they look to one side: what is left to be sorted is little. Whole numbers, so exactly.
+    marks = np.random.default_rng(1).integers(1 << 40, size=count).astype(np.float64)
+    sums = np.bincount(face_corners, marks[following], count) - np.bincount(following, marks[face_corners], count)
+    may_be = sums != 0.0
+    lies_in = np.flatnonzero(may_be[face_corners] & may_be[following] & (face_corners != following))
+    edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
+    _, index, uses = np.unique(edges @ np.array([count, 1], np.int64), return_index=True, return_counts=True)
+    return np.unique(edges[index[uses == 1]])
+
+
+def together(first, shapes, merge_distance):
+    """Of `first`, as of copies(), what lies together in all n x 3 `shapes` too, as lips do not that a key opens; or
+    None."""
+    if first is None:
+        return None
+    count, first = len(first), first.astype(np.int64)  # numpy 1 has 32 bits on Windows
+    joined = np.flatnonzero(np.bincount(first)[first] > 1)
+    for shape in shapes:
+        place = joined[first_of_place(shape[joined], max(merge_distance, 2.0 * rounding(shape)))]
+        _, index, inverse = np.unique(first[joined] * count + place, return_index=True, return_inverse=True)
+        first[joined] = joined[index[inverse.ravel()]]
+    return None if np.array_equal(first, np.arange(count)) else first
+
+
+def first_of_place(points, distance):
+    """n int: for each of n x 3 points the lowest index of those that steps of at most `distance` lead to.
+
+    Points are joined with all that share a cell whose diagonal is the distance, and then with what is near beyond it.
+    Of a crowded cell those that are outermost along an axis stand for all, so that the cost is that of sorting.
+    """
+    roots = np.arange(len(points))
+    near = _may_be_near(np.asarray(points, np.float64), distance)
+    roots[near] = near[_joined(points[near].astype(np.float64), distance)]
+    return roots
+
+
+def _may_be_near(points, distance):
+    """Ascending numbers of the points that have another one no farther away in one direction, for speed."""
+    along = points @ ALONG
+    order = np.argsort(along, kind="stable")
+    is_near = np.diff(along[order]) <= distance + 1e-14 * np.abs(along).max(initial=0.0)  # rounding
+    found = np.zeros(len(points), bool)
+    found[order[1:][is_near]] = found[order[:-1][is_near]] = True
+    return np.flatnonzero(found)
+
+
+def _joined(points, distance):
+    extent = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
+    cells = np.floor((points - points.min(axis=0, initial=0.0)) / max(0.577 * distance, LEAST_CELL * extent, 1e-300))
+    order = np.lexsort(cells.T)
+    is_new = np.append(True, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))[: len(points)]
+    numbers = np.empty(len(points), np.int64)
+    numbers[order] = np.cumsum(is_new) - 1
+    roots = connected.parts(np.stack([order, order[np.flatnonzero(is_new)[numbers[order]]]], axis=1), len(points))
+    stands = np.bincount(numbers)[numbers] <= CROWD
+    for axis in range(3):
+        along = np.lexsort((points[:, axis], numbers))
+        stands[along[is_new]] = stands[along[np.append(is_new[1:], True)[: len(points)]]] = True
+    stands = np.flatnonzero(stands)
+    for one, other, _apart in near_pairs(points[stands], points[stands], distance):
+        connected.joined(roots, np.stack([stands[one], stands[other]], axis=1))
+    return roots
+
+
+def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
+    """@throws SceneError, with a distance that does, if `merge_distance` takes more than MOST_COLLAPSED of the faces'
+    edges away."""
+    lengths = edge_lengths(rest, face_corners, face_starts) if merge_distance > 0.0 and len(face_starts) else []
+    collapsed = float((lengths <= merge_distance).mean()) if len(lengths) else 0.0
+    if collapsed > MOST_COLLAPSED:
+        raise SceneError(
+            f"The Merge Distance {merge_distance:g} is longer than edges of the mesh, and would merge "
+            f"{wording.share(collapsed)} of its edges to points. Choose {harmless(lengths):g} or less (Advanced > "
+            "Solver)"
+        )
+
+
+def edge_lengths(rest, face_corners, face_starts):
+    """Lengths, float64, of the faces' edges with ends apart."""
+    ends = mirror_planes.edge_ends(face_corners, face_starts)
+    lengths = np.linalg.norm(rest[face_corners].astype(np.float64) - rest[ends], axis=1)
+    return lengths[lengths > 0.0]
+
+
+def harmless(lengths):
+    """The longest merge distance, rounded down to one figure, that takes no more than MOST_COLLAPSED of edges away."""
+    longest = float(np.quantile(lengths, MOST_COLLAPSED, method="lower")) * (1.0 - 1e-6)
+    figure = 10.0 ** np.floor(np.log10(longest))
+    return float(f"{np.floor(longest / figure) * figure:.1g}")
+
+
+def spread(weights, first):
+    """n float: the highest of the weights of all copies (`first`, of copies())."""
+    if first is None:
+        return weights
+    found = weights.copy()
+    np.maximum.at(found, first, weights)
+    return found[first]

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh as a whole: with copies of a vertex merged, and with its mirror images.
+
+Copies are one vertex, and the images that planes make of the mesh are attached where they touch. Of shapes of the
+whole, each vertex takes the mean of what its images did, turned back: so the result is as symmetric as the rest shape
+to the last bit, what lies in a plane stays in it, and copies of a vertex stay as far apart as they are at rest.
+
+A plane that only *repeats* the mesh (Symmetric) joins every image to a vertex that is there, so that nothing is added;
+one that *doubles* it (a Mirror modifier) joins those of the seam to themselves, and the others are new.
+"""
+
+import numpy as np
+
+from .mirror_planes import reflection
+
+
+def turned(vectors, matrix):
+    """... x 3. Most planes are those of the axes, which costs a tenth."""
+    signs = np.diagonal(matrix)
+    return vectors * signs if np.array_equal(matrix, np.diag(signs)) else vectors @ matrix.T
+
+
+def of(rest, copies=None, planes=None, twins=None):
+    """The whole of n x 3 `rest`; copies: as of scene/seams.py; planes, twins: as of mirrors.gather()."""
+    return PlainMesh(rest) if copies is None and planes is None else WholeMesh(rest, copies, planes, twins)
+
+
+class PlainMesh:
+    """The whole of a mesh without copies and planes: itself."""
+
+    def __init__(self, rest):
+        self._own_rest = rest
+
+    rest = property(lambda self: self._own_rest.astype(np.float64))
+    places = property(lambda self: np.arange(len(self._own_rest)))
+
+    def _as_it_is(self, values):
+        return values
+
+    triangles = values = start = cut_back = cut_back_rows = _as_it_is
+
+
+class WholeMesh:
+    """N vertices, of n of the mesh.
+
+    rest    N x 3 float64, the seam in its planes
+    places  n int: which of the N each vertex is
+    """
+
+    def __init__(self, rest, copies, planes, twins):
+        self._own_rest = rest
+        self._firsts, self._merged = np.arange(len(rest)), np.arange(len(rest))
+        if copies is not None:
+            self._firsts, self._merged = np.unique(copies, return_inverse=True)
+        self._join(np.empty((0, 4)) if planes is None else planes, () if planes is None else twins)
+
+    def _join(self, planes, own_twins):
+        """_turns: C 3 x 3 matrices, the identity first; _images: C x n, which vertex each image is."""
+        merged, counts = self._merged, np.bincount(self._merged)
+        rest = np.stack([np.bincount(merged, column) for column in self._own_rest.T.astype(np.float64)], axis=1)
+        rest /= counts[:, None]
+        twins = np.full((len(planes), len(counts)), -1, np.int32)
+        for twin, own in zip(twins, own_twins, strict=True):
+            np.maximum.at(twin, merged, np.where(own < 0, -1, merged[own]).astype(np.int32))
+        doubles = (twins < 0).any(axis=1)
+        for plane, twin in zip(planes[doubles], twins[doubles], strict=True):
+            seam = twin >= 0
+            rest[seam] -= np.outer(rest[seam] @ plane[:3] - plane[3], plane[:3])
+        turns, shifts, images = [np.eye(3)], [np.zeros(3)], np.arange(len(counts))[None]
+        self._counts_before = []  # of each plane: vertices of the whole before it, and whether it adds any
+        source, element = np.arange(len(counts)), np.zeros(len(counts), int)
+        for plane, twin, is_double in zip(planes, twins, doubles, strict=True):
+            self._counts_before.append((len(source), is_double))
+            matrix, shift = reflection(plane)
+            is_joined = twin[source] >= 0
+            image = np.empty(len(source), np.int64)
+            image[is_joined] = images[element[is_joined], twin[source[is_joined]]]
+            image[~is_joined] = len(source) + np.arange(np.count_nonzero(~is_joined))
+            source = np.concatenate([source, source[~is_joined]])
+            element = np.concatenate([element, element[~is_joined] + len(turns)])
+            images = np.concatenate([images, image[images]])
+            shifts += [matrix @ each + shift for each in shifts]
+            turns += [matrix @ each for each in turns]
+        self._turns, self._shifts, self._source = np.array(turns), np.array(shifts), source
+        self._images = images if len(counts) == len(merged) else images[:, merged]
+        self.rest = np.einsum("nij,nj->ni", self._turns[element], rest[source]) + self._shifts[element]
+
+    @property
+    def places(self):
+        """n int: which vertex of the whole each is."""
+        return self._images[0]
+
+    def triangles(self, triangles):
+        """m x 3 int32 of the mesh to M x 3 of the whole, facing out. Without those that merging leaves no area;
+        faces that lie in a seam are there once."""
+        merged = self._merged[triangles]
+        triangles = triangles[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
+        found, is_new = [self._images[0][triangles]], [np.ones(len(triangles), bool)]
+        for before, is_double in self._counts_before:
+            for number in range(len(is_new)):
+                image = self._images[len(is_new)][triangles]
+                is_new.append(is_new[number] & is_double & (image >= before).any(axis=1))
+                image = image[is_new[-1]]
+                found.append(image[:, ::-1] if np.linalg.det(self._turns[len(is_new) - 1]) < 0.0 else image)
+        return np.concatenate(found).astype(np.int32)
+
+    def values(self, values):
+        """... x n of the mesh to ... x N: each has that of the lowest numbered vertex that it is an image of."""
+        return np.ascontiguousarray(values[..., self._firsts[self._source]])
+
+    def start(self, positions):
+        """n x 3 positions of the mesh to N x 3 float64; None for None."""
+        return None if positions is None else self._moved(positions, range(len(self._turns)))
+
+    def _moved(self, positions, elements):
+        """N x 3 float64: the mean of what some images of n x 3 positions say."""
+        moves = np.concatenate([turned(positions - self._own_rest, self._turns[element]) for element in elements])
+        images = self._images[list(elements)].ravel()
+        sums = np.stack([np.bincount(images, column) for column in moves.T], axis=1)
+        return self.rest + sums / np.bincount(images)[:, None]
+
+    def cut_back(self, positions):
+        """N x 3 of the whole to the mesh's n x 3 float64, symmetric."""
+        moved = positions - self.rest
+        moves = moved.take(self._images[0], axis=0)
+        for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
+            moves += turned(moved.take(image, axis=0), turn.T)  # a reflection's transpose is what undoes it
+        return self._own_rest + moves / len(self._turns)
+
+    def cut_back_rows(self, rows):
+        """r x N x 3 to r x n x 3 float32."""
+        cut = np.empty((len(rows), *self._own_rest.shape), np.float32)
+        for number, row in enumerate(rows):
+            cut[number] = self.cut_back(row)
+        return cut
