@@ -8,7 +8,7 @@ from pathlib import Path
 from . import common_options
 from .selection import SYNTAX, Selection, parse_selection
 
-FORMATS = (".blend", ".obj", ".ply", ".stl", ".off")
+FORMATS = (".blend", ".glb", ".gltf", ".vrm", ".obj", ".ply", ".stl", ".off")
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Upward direction in object space, and the rotation to +z: axis and degrees.
 UP_AXES = {
@@ -24,12 +24,15 @@ DESCRIPTION = """\
 Poses meshes by their anchors with the Mean-Value Deform add-on, without a display, and leaves pictures
 before and after, the .blend and a report.
 
-Without FILE: an octopus that lifts a tentacle, and a figure-eight twisted by 90 degrees.
-With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along.
+Without FILE: an octopus that lifts a tentacle, a figure-eight twisted by 90 degrees, and a textured game figure.
+With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along. Without any, Grab lifts what
+reaches out farthest.
 Motion capture has a demo of its own: ./dev demo walk --help"""
 
 EXAMPLES = """\
 examples:
+  A game character, its hand lifted:
+    ./dev demo character.vrm
   A .blend whose active shape key has the anchor groups "hand" and "hips" where they should go:
     ./dev demo figure.blend --anchor-group hand hips
   The same groups, moved from here; the group "arm" is what may move:
@@ -100,7 +103,7 @@ def add_mesh_options(group):
         dest="roi",
         help="the vertices that may move: a vertex group or a selection; the whole mesh if left out",
     )
-    group.add_argument("--object", metavar="NAME", help="which mesh object of FILE; default: the active or only one")
+    group.add_argument("--object", metavar="NAME", help="which mesh object; default: active, only or, of glTF, largest")
 
 
 def add_pose_options(group):
@@ -123,7 +126,7 @@ def add_pose_options(group):
 def add_picture_options(group):
     """What the pictures look like and where they go."""
     common_options.add_options(
-        group, ("octopus", "figure_eight"), "without FILE: just one of the two meshes", samples=32
+        group, ("octopus", "figure_eight", "game_figure"), "without FILE: just one of the meshes", samples=32
     )
     group.add_argument(
         "--camera",

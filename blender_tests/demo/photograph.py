@@ -58,11 +58,11 @@ def add_markers(subject, points, pose_name, everything):
     if len(points) != len(obj.data.vertices):
         return []
     diagonal = float(np.linalg.norm(everything.max(axis=0) - everything.min(axis=0)))
-    anchors = pose.anchor_indices(obj, subject.handles)
+    anchors = pose.anchor_indices(obj, [handle.name for handle in obj.meanvalue.handles])
     objects = [markers.add_anchor_spheres(f"{MARKS[0]}{pose_name}", points[anchors], diagonal)]
-    if subject.roi_group:
+    if obj.meanvalue.roi_group:
         roi = np.zeros(len(points), dtype=bool)
-        roi[pose.group_indices(obj, subject.roi_group)] = True
+        roi[pose.group_indices(obj, obj.meanvalue.roi_group)] = True
         border = markers.border_vertices(obj, roi)
         if len(border):
             objects.append(markers.add_border_spheres(f"{MARKS[1]}{pose_name}", points[border], diagonal))

@@ -63,6 +63,8 @@ def pose_by_operators(subject):
     """
     obj = subject.obj
     bpy.context.view_layer.objects.active = obj
+    if subject.grab is not None:
+        return grabbed(subject)
     obj.meanvalue.handles.clear()
     for name in subject.handles:
         call(bpy.ops.meanvalue.add_handle, pin=True, group=name)
@@ -74,11 +76,24 @@ def pose_by_operators(subject):
 
     if subject.targets is not None:
         write_pose_key(obj, subject)
-    teleported = teleported_positions(obj, subject)
+    posed = positions(obj, obj.active_shape_key)
     start = time.perf_counter()
     call(bpy.ops.meanvalue.solve_from_key)
     solve_seconds = time.perf_counter() - start
-    return figures(obj, teleported, bind_seconds, solve_seconds)
+    return figures(obj, posed, bind_seconds, solve_seconds)
+
+
+def grabbed(subject):
+    """PoseFigures of the mesh as one press and drag poses it."""
+    vertex, offset, size = subject.grab
+    start = time.perf_counter()
+    call(bpy.ops.meanvalue.grab, vertex=vertex, offset=offset, size=size)
+    bpy.context.view_layer.update()
+    seconds = time.perf_counter() - start
+    subject.obj.meanvalue.live = False  # while it is photographed
+    bpy.context.view_layer.objects.active = subject.obj
+    posed = positions(subject.obj, result_key(subject.obj))
+    return figures(subject.obj, posed, 0.0, seconds)
 
 
 def call(operator, **options):
@@ -109,14 +124,6 @@ def write_pose_key(obj, subject):
     obj.data.update_tag()
 
 
-def teleported_positions(obj, subject):
-    """(n, 3): the rest shape with the anchors on their targets, where the solver starts."""
-    anchors = anchor_indices(obj, subject.handles)
-    start = positions(obj)
-    start[anchors] = positions(obj, obj.active_shape_key)[anchors]
-    return start
-
-
 def anchor_indices(obj, group_names):
     """Ascending indices of the vertices of weight above 0 in any of the vertex groups."""
     return np.unique(np.concatenate([group_indices(obj, name) for name in group_names]))
@@ -133,10 +140,13 @@ def group_indices(obj, name):
     return np.array(members, dtype=int)
 
 
-def figures(obj, teleported, bind_seconds, solve_seconds):
-    """PoseFigures from what it is bound as, and G of `teleported` (n, 3) and of the result."""
+def figures(obj, posed, bind_seconds, solve_seconds):
+    """PoseFigures from what it is bound as, and G of the result and of where the solver starts: the rest shape with
+    the anchors where `posed` (n, 3) has them."""
     bound = steps.summary(obj)
-    rest = positions(obj)
+    rest, anchors = positions(obj), anchor_indices(obj, [handle.name for handle in obj.meanvalue.handles])
+    teleported = rest.copy()
+    teleported[anchors] = posed[anchors]
     encoding = whole_encoding(obj, rest)
     diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
     return PoseFigures(

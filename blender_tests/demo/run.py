@@ -4,6 +4,7 @@
 MEANVALUE_ADDON_ZIP in the environment is the add-on to install.
 """
 
+import argparse
 import os
 import sys
 import time
@@ -16,7 +17,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, pose, ready, report, stage, user_file
+from demo import arguments, built_in, game_figure, pose, ready, report, stage, user_file
 from demo.errors import DemoError
 from demo.example import run as example_run
 from demo.face import run as face_run
@@ -73,7 +74,16 @@ def makers(options):
     """Functions that each load one subject into an empty scene."""
     if options.file is not None:
         return [lambda: user_file.user_subject(options)]
-    return [make for name, make in BUILT_IN.items() if options.only in (None, name)]
+    made = {**BUILT_IN, "game_figure": lambda: game_character(options)}
+    return [make for name, make in made.items() if options.only in (None, name)]
+
+
+def game_character(options):
+    """Written as glTF, and read as a file of the user's is."""
+    path = options.output / "game_figure.glb"
+    game_figure.write(path)
+    empty_scene()
+    return user_file.user_subject(argparse.Namespace(**{**vars(options), "file": path}))
 
 
 def run_subject(make, options):
@@ -84,13 +94,17 @@ def run_subject(make, options):
         subject = make()
     print(f"{subject.title}: posing ...", flush=True)
     figures = pose.pose_by_operators(subject)
+    if subject.companions:
+        user_file.hide_what_would_stay_behind(subject)
     seconds.update(bind=figures.bind_seconds, solve=figures.solve_seconds)
     print(f"{subject.title}: rendering ...", flush=True)
     view = subject.view
     picture = stage.Picture(view.width, view.height, options.samples, options.engine)
     with timed(seconds, "render"):
         files = photograph(subject, picture, options.output)
-    if not options.file:
+    if subject.grab is not None:
+        subject.obj.meanvalue.live = True
+    elif not options.file:
         ready.to_be_tried(subject)
     with timed(seconds, "write"):
         files.append(save(options.output / f"{subject.file_stem}.blend"))

@@ -132,7 +132,9 @@ def set_render(picture):
     scene.render.image_settings.color_mode = "RGBA"
     scene.view_settings.view_transform = "Standard"  # Filmic and AgX differ between versions
     shading = scene.display.shading  # Workbench's
-    shading.light, shading.color_type, shading.show_cavity = "STUDIO", "MATERIAL", True
+    shading.light, shading.show_cavity = "STUDIO", True
+    nodes = [node for each in bpy.data.materials if each.use_nodes for node in each.node_tree.nodes]
+    shading.color_type = "TEXTURE" if any(node.type == 'TEX_IMAGE' for node in nodes) else "MATERIAL"
     scene.cycles.device = "CPU"
     scene.cycles.samples = picture.samples
     scene.cycles.use_denoising = False  # Debian's Blender has no denoiser

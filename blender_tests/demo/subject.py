@@ -22,12 +22,16 @@ class Subject:
 
     targets: (n, 3) positions in object space of which only the anchors' count; None when the object's active
     shape key has them.
+    grab: (vertex, how far it is moved in the world (3,), Size) to take hold of the mesh by, in place of all these.
+    companions: other objects on its rig.
     """
 
     title: str
     file_stem: str
     obj: object
-    handles: tuple
-    roi_group: str
-    targets: np.ndarray
-    view: View
+    handles: tuple = ()
+    roi_group: str = ""
+    targets: np.ndarray = None
+    view: View = View()
+    grab: tuple = None
+    companions: tuple = ()

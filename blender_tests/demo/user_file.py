@@ -1,23 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's own mesh: from a file to a Subject with its anchor groups, region and targets."""
 
+import contextlib
 import math
 
 import bpy
 import numpy as np
 from mathutils import Matrix
+from mathutils.kdtree import KDTree
 
-from . import motion, pose, scene_mesh, selection
+from . import motion, photograph, pose, scene_mesh, selection
 from .arguments import UP_AXES
 from .errors import DemoError
 from .off_file import read_off
 from .subject import Subject, View
 
 ROI_GROUP = "demo region"
+#: Without anchors: how much of the figure, from below, are feet; of the size how far its surroundings
+#: follow, and where it bends; how it is lifted.
+FEET, LIMB, BEND, LIFT_DEG = 0.2, 0.3, 0.22, 55.0
+#: Of the size: what is no farther from what moves would go along.
+NEAR = 0.02
 CLAY_COLOUR = (0.58, 0.54, 0.48)
 
 # Operators by format, the newer name first: Blender replaced its Python importers one by one.
+GLTF = (".glb", ".gltf", ".vrm")  # VRM is glTF by another name
 IMPORTERS = {
+    **dict.fromkeys(GLTF, (("import_scene", "gltf"),)),
     ".obj": (("wm", "obj_import"), ("import_scene", "obj")),
     ".ply": (("wm", "ply_import"), ("import_mesh", "ply")),
     ".stl": (("wm", "stl_import"), ("import_mesh", "stl")),
@@ -28,13 +37,18 @@ def user_subject(options):
     """Loads options.file and makes what is to be posed of it. @throws DemoError."""
     obj = load(options)
     prepare(obj, options.up)
+    if options.file.suffix.lower() in GLTF:  # its vertices are split where the texture is cut
+        obj.meanvalue.merge_distance = 1e-5 * np.linalg.norm(obj.dimensions)
     rest = pose.positions(obj)
+    view = View() if options.camera is None else View(*options.camera)
     if not options.anchors:
-        raise DemoError(f"no anchors are named. {group_advice(obj, 'NAME')}")
+        title = f"{options.file.name}, what reaches out farthest is lifted"
+        return Subject(
+            title, options.file.stem, obj, view=view, grab=farthest_lifted(obj), companions=companions(obj)
+        )
     for anchor in options.anchors:
         make_group(obj, anchor, rest)
     groups = tuple(anchor.name for anchor in options.anchors)
-    view = View() if options.camera is None else View(*options.camera)
     return Subject(
         title=f"{options.file.name}, {len(groups)} anchor group{'s' if len(groups) > 1 else ''}",
         file_stem=options.file.stem,
@@ -43,7 +57,55 @@ def user_subject(options):
         roi_group=roi_group(obj, options.roi, rest),
         targets=targets(obj, options, rest),
         view=view,
+        companions=companions(obj),
     )
+
+
+def farthest_lifted(obj):
+    """The `grab` of a Subject: what is farthest from the middle of the figure to one side, but for its feet."""
+    seen = pose.seen_in_world(obj)[: len(obj.data.vertices)]
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    size = np.linalg.norm(high - low)
+    out = (seen - 0.5 * (low + high)) * (1.0, 1.0, 0.0)
+    far = np.linalg.norm(out, axis=1) + 1e-3 * out[:, 0]  # of two sides that are alike the left one
+    vertex = int(np.where(seen[:, 2] > low[2] + FEET * (high[2] - low[2]), far, 0.0).argmax())
+    points, place = np.unique(seen.round(6), axis=0, return_inverse=True)  # seams of the texture are joined
+    place = place.reshape(-1)
+    away = np.linalg.norm(points - seen[vertex], axis=1)
+    limb = selection.connected_part(
+        np.flatnonzero(away <= BEND * size), place[vertex], place[scene_mesh.edges(obj)], len(points)
+    )
+    root = points[limb[away[limb] >= 0.9 * away[limb].max()]].mean(axis=0)
+    axis = np.cross(seen[vertex] - root, (0.0, 0.0, 1.0))
+    target = motion.bent_chord(seen[vertex], root, axis / np.linalg.norm(axis), np.radians(LIFT_DEG))
+    return vertex, tuple(target - seen[vertex]), LIMB
+
+
+def rig_of(obj):
+    return next((each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object), None)
+
+
+def companions(obj):
+    """The other mesh objects on the rig of `obj`: its clothes, hair and eyes."""
+    rig = rig_of(obj)
+    others = (other for other in bpy.context.scene.objects if other.type == 'MESH' and other != obj)
+    return tuple(other for other in others if rig is not None and rig_of(other) == rig)
+
+
+def hide_what_would_stay_behind(subject):
+    """Companions that are near to what the pose moves, such as a sleeve, leave the picture."""
+    before, after = (photograph.posed_points(subject.obj, value) for value in (0.0, 1.0))
+    size = np.linalg.norm(np.ptp(before, axis=0))
+    moved = before[np.linalg.norm(after - before, axis=1) > NEAR * size]
+    tree = KDTree(len(moved))
+    for index, point in enumerate(moved):
+        tree.insert(point, index)
+    tree.balance()
+    for other in subject.companions:
+        near = (tree.find(point)[2] for point in pose.seen_in_world(other))
+        other.hide_render = other.hide_viewport = any(each is not None and each < NEAR * size for each in near)
+        if other.hide_render:
+            print(f"'{other.name}' is left out: the pose of '{subject.obj.name}' would leave it behind")
 
 
 def load(options):
@@ -71,15 +133,30 @@ def import_mesh(path, suffix):
         if name not in dir(getattr(bpy.ops, module)):
             continue
         try:
-            getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
+            with numpy_of_old():
+                getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
         except RuntimeError as error:
             raise DemoError(f"{path} cannot be imported: {pose.operator_message(error)}") from error
         return
     raise DemoError(f"this Blender has no importer for {suffix}; convert {path} to .off or .obj")
 
 
+@contextlib.contextmanager
+def numpy_of_old():
+    """Blender 3.4's importer of glTF asks for `numpy.bool`, which numpy 1.24 of Debian 12 no longer has."""
+    is_missing = "bool" not in vars(np)
+    if is_missing:
+        np.bool = bool
+    try:
+        yield
+    finally:
+        if is_missing:
+            del np.bool
+
+
 def choose_object(options):
-    """The named, else the active, else the only mesh object of the view layer."""
+    """The named, else the active, else the only mesh object of the view layer; of a glTF the largest, first of those
+    on a rig."""
     meshes = {obj.name: obj for obj in bpy.context.view_layer.objects if obj.type == "MESH"}
     names = ", ".join(f"'{name}'" for name in meshes) or "none"
     if options.object is not None:
@@ -91,6 +168,8 @@ def choose_object(options):
         return active
     if len(meshes) == 1:
         return next(iter(meshes.values()))
+    if meshes and options.file.suffix.lower() in GLTF:
+        return max(meshes.values(), key=lambda obj: (rig_of(obj) is not None, np.linalg.norm(obj.dimensions)))
     if not meshes:
         raise DemoError(f"{options.file} has no mesh, or is not a {options.file.suffix} file; see the messages above")
     raise DemoError(f"{options.file} has {len(meshes)} mesh objects; choose one with --object NAME out of: {names}")
@@ -101,8 +180,9 @@ def prepare(obj, up):
     if obj.mode != "OBJECT":
         bpy.context.view_layer.objects.active = obj
         bpy.ops.object.mode_set(mode="OBJECT")
+    together = companions(obj)
     for other in bpy.context.scene.objects:
-        other.hide_render = other != obj
+        other.hide_render = other != obj and other not in together
     obj.show_only_shape_key = False  # a pinned key would hide the result
     bpy.context.scene.render.use_compositing = bpy.context.scene.render.use_sequencer = False
     if up is not None:

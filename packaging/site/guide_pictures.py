@@ -25,6 +25,7 @@ PICTURES = {
 #: Picture: demo (`./dev demo NAME`, "" without a name) that makes it, its file in build/demo, and how wide it becomes.
 DEMOS = {
     "octopus.jpg": ("", "octopus_before_after.png", 1400),
+    "game_character.jpg": ("", "game_figure_before_after.png", 1200),
     "octopus_lift.webp": ("lift", "octopus_lift.webp", None),
     "corrective.jpg": ("rig", "rig_walker.png", 1500),
     "own_rig.jpg": ("example", "example_walker.png", 1200),
