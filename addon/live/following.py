@@ -12,7 +12,7 @@ import time
 
 from .. import wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..scene import object_model, shape_keys, subject
+from ..scene import key_marks, object_model, shape_keys, subject
 from ..solver.job import Job
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
@@ -288,12 +288,13 @@ class Following:
             self.problem = str(error)
 
     def _has_key(self, obj):
-        keys = obj.data.shape_keys
-        return keys is not None and self.READS.written_key(obj) in keys.key_blocks
+        return self.READS.written_key(obj) is not None
 
     def _write(self, obj, shape):
         """Writes n x 3 float32 to the key, made where it is missing."""
         if not self._has_key(obj):
             self._make_key(obj)
-        shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[self.READS.written_key(obj)], shape)
+        key = self.READS.written_key(obj)
+        key_marks.claim(key)
+        shape_keys.write_positions(obj.data, key, shape)
         self._model(obj).wrote(shape)

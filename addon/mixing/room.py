@@ -3,8 +3,10 @@
 
 import bpy
 
+from .. import ids
 from ..live import roll
-from ..scene import bakeable, new_rest
+from ..scene import bakeable, key_marks, new_rest
+from ..scene.key_marks import Role
 from ..widgets import menus
 from . import panel
 from .bridge import baked_mixes, mixed_keys
@@ -38,3 +40,10 @@ HOOKS = (
     (bakeable.kinds, baked_mixes),
     (new_rest.made_of_rest, mixed_keys.made_of_rest),
 )
+
+
+def another_file():
+    """In files of before shape keys had marks the key of a mix has its name alone."""
+    for obj in bpy.data.objects:
+        if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None:
+            key_marks.adopt(obj.data.shape_keys, Role.MIX, [ids.MIX_KEY])

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What older files have otherwise: carried over when they are opened, and when their objects are appended. In version
 0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move;
-seams were open. To be deleted once nobody has such files."""
+seams were open, and shape keys were known by their names. To be deleted once nobody has such files."""
+
+import re
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from .. import wording
-from ..scene import mesh_arrays, mirrors, seams, shape_keys, views
+from .. import ids, wording
+from ..scene import key_marks, mesh_arrays, mirrors, pose_key, seams, shape_keys, views
 from ..scene.declarations import aside
+from ..scene.key_marks import Role
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
 
@@ -47,6 +50,8 @@ SETTINGS = {
     ),
     "anchor_groups": aside(CollectionProperty)(type=MEANVALUE_PG_anchor_group, options={'HIDDEN'}),
     "active_anchor_group": aside(IntProperty)(options={'HIDDEN'}),
+    "former_result": aside(StringProperty)(options={'HIDDEN'}),  # the shape key that the last solve wrote
+    "corrective_key": aside(StringProperty)(options={'HIDDEN'}),
 }
 
 
@@ -62,6 +67,29 @@ def carry_over(objects):
             _carry_over(obj)
         if obj.meanvalue.roi_invert:
             _turn_region_around(obj)
+        if obj.meanvalue.former_result:
+            mark_keys(obj)
+
+
+def mark_keys(obj):
+    """Marks the shape keys that had their names alone."""
+    settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
+    is_old = settings.former_result or settings.corrective_key or settings.pose_like == ids.LIKE_RIG
+    if not is_old or keys is None or obj.library is not None or keys.library is not None:
+        return
+    result = keys.key_blocks.get(settings.former_result)
+    if result not in {None, keys.reference_key} and not settings.result_mark:
+        name = settings.result_key
+        pose_key.adopt(settings, result)
+        settings.result_key = name
+    key_marks.adopt(keys, Role.CORRECTIVE, [settings.corrective_key])
+    if settings.pose_like == ids.LIKE_RIG:
+        poses = [key.name for key in keys.key_blocks if key.mute and re.match(rf"{ids.RIG_POSE_KEY} -?\d", key.name)]
+        key_marks.adopt(keys, Role.RIG_POSE, poses)
+    if settings.former_result:
+        kept = (key for key in keys.key_blocks if key.name.startswith(ids.KEPT_KEY) and key.slider_min == 0.0)
+        key_marks.adopt(keys, Role.KEPT, [key.name for key in kept])
+    settings.former_result = settings.corrective_key = ""
 
 
 def _carry_over(obj):

@@ -13,6 +13,7 @@ from bpy.props import (
 )
 
 from .. import ids
+from ..scene import pose_key
 from ..scene.declarations import aside, tell
 from .handle_properties import MEANVALUE_PG_handle
 from .live import follower
@@ -143,13 +144,15 @@ class Settings:
     result_key: StringProperty(
         name="Result",
         description="Shape key that Solve and Live write, made if it is missing",
-        default=ids.DEFAULT_RESULT_KEY,
         maxlen=ids.NAME_LENGTH,
+        get=pose_key.get_name,
+        set=pose_key.choose,
         update=tell,
     )
+    result_name: aside(StringProperty)(default=ids.DEFAULT_RESULT_KEY, options={'HIDDEN'})  # when it was written last
+    result_mark: aside(IntProperty)(options={'HIDDEN'})  # of the shape key that is the result, see scene/key_marks.py
+    former_mark: aside(IntProperty)(options={'HIDDEN'})  # of the one before, to be turned off when the next is written
     made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
-    former_result: aside(StringProperty)(options={'HIDDEN'})  # the shape key that the last solve wrote
-    corrective_key: aside(StringProperty)(options={'HIDDEN'})  # the shape key that Add Corrective made
     show_overlay: aside(BoolProperty)(
         name="Overlay",
         description="Show handles, pins and region in the 3D View",

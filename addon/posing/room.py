@@ -100,6 +100,8 @@ def another_file():
     orphans.forget()
     orphans.note()
     old_files.carry_over(bpy.data.objects)
+    for obj in bpy.data.objects:
+        old_files.mark_keys(obj)
 
 
 def forget():

@@ -18,7 +18,7 @@ def become(obj):
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)
-    result_key = mesh.shape_keys.key_blocks[obj.meanvalue.result_key]
+    result_key = shape_keys.result(obj)
     carried = []
     for key in mesh.shape_keys.key_blocks:
         if _adds_to(key, reference, result_key):

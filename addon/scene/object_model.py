@@ -10,7 +10,7 @@ classes whose instances read bit by bit and hold nothing of Blender's:
     go_on(obj, seconds)    reads for about so long; whether all is read. @throws MeanValueError
     result(obj)            what all of it comes to; its `revision` is another one for other content. @throws likewise
     shapes(result)         static: [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
-    written_key(obj)       static: name of the shape key that the add-on writes
+    written_key(obj)       static: the shape key that the add-on writes, or None if there is none yet
 
 Of an edit Blender tells; of our own writing too, and not which it is. So what is told as writing to shape keys alone is
 compared with what was read and written last, when all is quiet.
@@ -206,8 +206,9 @@ class ObjectModel:
             if clock() >= until:
                 return False
         if self.written is not None:
-            held = shape_keys.held(obj, self.kind.written_key(obj))
-            self.written = self.written if np.array_equal(held, self.written) else None
+            key = self.kind.written_key(obj)
+            is_held = key is not None and np.array_equal(shape_keys.positions(key), self.written)
+            self.written = self.written if is_held else None
         self.is_unchecked = False
         return True
 

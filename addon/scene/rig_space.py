@@ -275,7 +275,7 @@ def _counts(obj, key):
 def _pose_keys(obj):
     """Names of the keys that are not beside the pose: what holds it, held it, or plays a bake."""
     settings = obj.meanvalue
-    names = {settings.result_key, settings.former_result}
+    names = shape_keys.pose_names(obj)
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
     for stand_in in shape_keys.stand_ins:

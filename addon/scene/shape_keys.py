@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rest shape, the artist's pose and the result, all of them shape keys."""
 
-import re
-
 import bmesh
 import bpy
 
 from .. import compat, ids
 from ..errors import SceneError
-from . import mesh_arrays
+from . import key_marks, mesh_arrays
 from .baked import names_in
 from .core.finite import require_finite
+from .key_marks import Role
+from .pose_key import pose_names, result
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -102,31 +102,29 @@ def ensure_result_key(obj):
 
     Returns notes on what else had to change, as sentences.
     """
-    mesh = obj.data
-    settings = obj.meanvalue
-    if mesh.shape_keys is None:
-        make_basis(obj)
-    active_index = obj.active_shape_key_index
-    name = settings.result_key
-    if name not in mesh.shape_keys.key_blocks:
-        add_shape(obj, name, positions(mesh.shape_keys.reference_key))
-    keys = mesh.shape_keys
-    key = keys.key_blocks[name]
+    settings, key = obj.meanvalue, result(obj)
+    if key is None:
+        key = add_shape(obj, settings.result_key, rest_positions(obj.data))
+        settings.result_mark = key_marks.put(key, Role.POSE, key_marks.new_number())
+    key_marks.claim(key)
+    settings.result_name = key.name
+    keys = obj.data.shape_keys
     show_fully(keys, key)
     notes = []
     if obj.meanvalue.baked.target:
-        key.mute = True  # else the mesh would be moved twice
+        turn_off(key)  # else the mesh would be moved twice
         notes.append(why_result_is_hidden(obj))
-    former = keys.key_blocks.get(settings.former_result)
-    theirs = {other.meanvalue.result_key for other in sharing(obj)}
-    if former not in {None, key, keys.reference_key} and not former.mute and former.name not in theirs:
-        former.mute = True
-        notes.append(f"Shape key '{former.name}' is muted, so that it is not added to '{name}'")
-    settings.former_result = name
-    obj.active_shape_key_index = active_index
+    former = key_marks.find(keys, Role.POSE, settings.former_mark) if settings.former_mark else None
+    theirs = {other.meanvalue.result_mark for other in sharing(obj)}
+    if former not in {None, key, keys.reference_key} and settings.former_mark not in theirs:
+        if not former.mute:
+            notes.append(f"Shape key '{former.name}' is muted, so that it is not added to '{key.name}'")
+        turn_off(former)
+        key_marks.release(former)
+    settings.former_mark = 0
     active = obj.active_shape_key
     if obj.show_only_shape_key and key != active:
-        notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{name}'")
+        notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{key.name}'")
     return notes
 
 
@@ -139,19 +137,16 @@ def sharing(obj):
 
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
-    names = {ids.MIX_KEY, *rig_poses(obj)}
+    keys = obj.data.shape_keys
+    names = {key.name for role in (Role.MIX, Role.RIG_POSE, Role.CORRECTIVE) for key in key_marks.of_role(keys, role)}
     for each in (obj, *sharing(obj)):
-        settings = each.meanvalue
-        own = settings.result_key, settings.former_result, settings.corrective_key
-        names.update(own, names_in(settings.baked.keys))
+        names.update(pose_names(each), names_in(each.meanvalue.baked.keys))
     return names
 
 
 def rig_poses(obj):
     """Names of the muted keys that have poses of the rig, as examples (Pose Like)."""
-    keys = obj.data.shape_keys
-    named = re.compile(rf"{ids.RIG_POSE_KEY} -?\d")
-    return [key.name for key in keys.key_blocks if key.mute and named.match(key.name)] if keys else []
+    return [key.name for key in key_marks.of_role(obj.data.shape_keys, Role.RIG_POSE) if key.mute]
 
 
 def write_positions(mesh, key, shape):
@@ -167,12 +162,6 @@ def write_result(obj, result):
     notes = ensure_result_key(obj)
     write_positions(obj.data, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key], result)
     return notes
-
-
-def result(obj):
-    """The result key, or None if there is none. Cheap enough for drawing."""
-    keys = obj.data.shape_keys
-    return keys.key_blocks.get(obj.meanvalue.result_key) if keys else None
 
 
 def result_positions(obj):
@@ -212,7 +201,7 @@ def posed_positions(obj):
 def kept(obj):
     """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
     key = obj.active_shape_key
-    is_own = key is not None and key.name != obj.meanvalue.result_key and key != obj.data.shape_keys.reference_key
+    is_own = key is not None and key not in {result(obj), obj.data.shape_keys.reference_key}
     return key if is_own else None
 
 
@@ -224,6 +213,11 @@ def show_fully(keys, key):
     key.slider_min = min(key.slider_min, 0.0)
     key.slider_max = max(key.slider_max, 1.0)
     key.value = 1.0
+
+
+def turn_off(key):
+    """So that nothing shows it, exporters that know nothing of muted keys either."""
+    key.mute, key.value = True, 0.0
 
 
 def add_shape(obj, name, shape):
@@ -249,6 +243,7 @@ def remove(obj, names):
         key = keys.key_blocks.get(name)
         if key is not None:
             key.driver_remove("value")
+            key_marks.claim(key)
             obj.shape_key_remove(key)
             _remove_from_edit_mode(obj.data, name)
     if active_name in keys.key_blocks:

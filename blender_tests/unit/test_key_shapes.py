@@ -47,7 +47,7 @@ def test_what_is_not_ours_to_move_is_left_alone_and_said_so(obj, key_shapes):
     add_key(obj, "Driven", 3).driver_add("value")
     copy = add_key(obj, "Copy")
     copy.data.foreach_set("co", steps.key_positions(obj, "Basis").ravel())
-    add_key(obj, obj.meanvalue.result_key, 5)
+    obj.meanvalue.result_key = add_key(obj, "Result", 5).name
     locked = hasattr(copy, "lock_shape")
     if locked:
         add_key(obj, "Locked", 6).lock_shape = True

@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids, wording
-from ...scene import actions, bakeable, declarations, shape_keys
+from ...scene import actions, bakeable, declarations, pose_key, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -79,10 +79,12 @@ def take_back(obj):
     if record.target == TO_KEYS:
         said = wording.counted(_remove_keys(obj, names_in(record.keys)), "shape key")
         shape_keys.remove_lone_basis(obj)
-    keys = obj.data.shape_keys
-    for name in names_in(record.muted):
-        if keys is not None and name in keys.key_blocks:
-            keys.key_blocks[name].mute = False
+    muted = json.loads(record.muted or "[]")
+    values = muted if isinstance(muted, dict) else {}  # in older files, where values stayed
+    for name in muted:
+        key = pose_key.was_called(obj, name)
+        if key is not None:
+            key.mute, key.value = False, values.get(name, key.value)
     was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
     declarations.clear(record)
     if was_live:
@@ -96,8 +98,9 @@ def keep(obj):
     """What the last bake has made stays, and is the add-on's no more."""
     record, keys = obj.meanvalue.baked, obj.data.shape_keys
     obj.meanvalue.live = False
-    if obj.meanvalue.result_key in names_in(record.muted) and keys.use_relative:
-        shape_keys.remove(obj, [obj.meanvalue.result_key])
+    key = shape_keys.result(obj)
+    if key is not None and obj.meanvalue.result_name in names_in(record.muted) and keys.use_relative:
+        shape_keys.remove(obj, [key.name])
         shape_keys.remove_lone_basis(obj)
     declarations.clear(record)
 
@@ -111,13 +114,14 @@ def _hide_result(obj):
     if record.was_mixed:
         kind.turn(obj, False)
     keys = obj.data.shape_keys
-    key = keys.key_blocks.get(settings.result_key) if keys else None
+    key = shape_keys.result(obj)
     if key is not None and key != keys.reference_key and key not in shown:
         shown.append(key)
+        settings.result_name = key.name
     baked = set(names_in(record.keys))
-    muted = [key.name for key in shown if not key.mute and key.name not in baked]
+    muted = {key.name: key.value for key in shown if not key.mute and key.name not in baked}
     for name in muted:
-        keys.key_blocks[name].mute = True
+        shape_keys.turn_off(keys.key_blocks[name])
     record.muted = json.dumps(muted)
 
 

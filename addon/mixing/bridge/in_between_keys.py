@@ -16,7 +16,7 @@ FARTHEST = 10.0
 def make(obj, mix_input, found):
     """Keys with their drivers for a Found, in place of what stood for a mix before."""
     remove(obj)
-    shape_keys.remove(obj, [ids.MIX_KEY])
+    shape_keys.remove(obj, mixed_keys.mix_names(obj))
     names = mix_input.names
     knots = [polynomials.places(slider.low, slider.high) for slider in mix_input.sliders]
     made = []

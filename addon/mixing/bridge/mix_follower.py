@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ... import ids
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
@@ -20,7 +19,7 @@ def turned(obj):
     elif subject.object_problem(obj) is None:
         others = shape_keys.sharing(obj)
         if not any(other.meanvalue.mix.is_on for other in others):
-            shape_keys.remove(obj, [ids.MIX_KEY])
+            shape_keys.remove(obj, mixed_keys.mix_names(obj))
     obj.update_tag()
 
 

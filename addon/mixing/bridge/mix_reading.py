@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the shape keys that are mixed."""
 
-from ... import ids, wording
+from ... import wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, seams
+from ...scene import key_marks, mesh_arrays, seams
 from ...scene.core import welding
 from ...scene.core.key_shapes import Slider
+from ...scene.key_marks import Role
 from ...scene.key_reading import KeyReading
 from ..core.mix_input import MixInput
 from . import mixed_keys
@@ -30,8 +31,8 @@ class MixReading(KeyReading):
         return len(obj.data.vertices), keys, seams.signature(obj)
 
     @staticmethod
-    def written_key(_obj):
-        return ids.MIX_KEY
+    def written_key(obj):
+        return key_marks.only(obj.data.shape_keys, Role.MIX)
 
     def result(self, obj):
         """The MixInput, once all is read. @throws SceneError."""

@@ -4,8 +4,15 @@
 import numpy as np
 
 from ... import ids, wording
-from ...scene import shape_keys
+from ...scene import key_marks, shape_keys
 from ...scene.baked import names_in
+from ...scene.key_marks import Role
+
+
+def mix_names(obj):
+    """The name of the key that turns the mix, in a list; empty if there is none."""
+    key = key_marks.only(obj.data.shape_keys, Role.MIX)
+    return [] if key is None else [key.name]
 
 
 def mixed(obj):
@@ -15,7 +22,7 @@ def mixed(obj):
     if keys is None:
         return []
     baked = obj.meanvalue.baked
-    made = {ids.MIX_KEY, *in_between_names(obj), *names_in(baked.keys)}
+    made = {*mix_names(obj), *in_between_names(obj), *names_in(baked.keys)}
     muted_by_bake = names_in(baked.muted) if baked.was_mixed else ()
     return [
         key
@@ -45,7 +52,7 @@ def made_of_rest(obj):
     made = in_between_names(obj)
     keys = wording.counted(len(made), "in-between key")
     note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
-    return [ids.MIX_KEY, *made], note
+    return [*mix_names(obj), *made], note
 
 
 def problem(obj):
@@ -78,13 +85,13 @@ def values(obj):
 def make_key(obj):
     """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
     key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
+    key_marks.put(key, Role.MIX)
     shape_keys.show_fully(obj.data.shape_keys, key)
 
 
 def why_hidden(obj):
     """Why the mix does not show as it is, or None."""
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(ids.MIX_KEY) if keys else None
+    key = key_marks.only(obj.data.shape_keys, Role.MIX)
     if key is not None and (key.mute or key.value != 1.0 or key.vertex_group):
         return f"Shape key '{key.name}', which turns the mix, is not shown fully. Delete it: it is made again"
     if obj.show_only_shape_key:

@@ -3,8 +3,9 @@
 
 from ... import ids
 from ...errors import SceneError
-from ...scene import shape_keys
+from ...scene import key_marks, shape_keys
 from ...scene.core.key_shapes import KeyShapes, Slider
+from ...scene.key_marks import Role
 
 
 def keys(obj):
@@ -21,8 +22,8 @@ def keys(obj):
     def is_example(key):
         if like == ids.LIKE_RIG:
             return key.name in poses
-        is_own = made.isdisjoint((key.name, key.relative_key.name)) and not key.name.startswith(ids.KEPT_KEY)
-        return is_own and not key.mute
+        is_kept = key_marks.role(key) == Role.KEPT and key_marks.number(key) == key_marks.number_of(key.name)
+        return made.isdisjoint((key.name, key.relative_key.name)) and not (is_kept or key.mute)
 
     return tuple(
         Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group)

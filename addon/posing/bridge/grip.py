@@ -20,7 +20,7 @@ SAME_SIZE = 1e-6
 KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
 #: Settings that making a handle and its region changes.
-SETTINGS = ("active_handle", "live", "roi_group", "made_region", "former_result")
+SETTINGS = ("active_handle", "live", "roi_group", "made_region", "result_name", "result_mark", "former_mark")
 
 #: The end of a limb is where its region's weights are no higher.
 END_OF_LIMB = 0.25
@@ -177,12 +177,13 @@ class _Before:
             controls.remove_handle(obj, settings.handles.find(made_handle))
         if self._weights is not None:
             self._bring_weights_back(obj)
+        made = shape_keys.pose_names(obj)
         for name, value in self._settings.items():
             setattr(settings, name, value)
         if self._result is not None:
-            shape_keys.write_positions(obj.data, obj.data.shape_keys.key_blocks[settings.result_key], self._result)
+            shape_keys.write_positions(obj.data, shape_keys.result(obj), self._result)
         else:
-            shape_keys.remove(obj, [settings.result_key])
+            shape_keys.remove(obj, made)
             if not self._had_keys:
                 obj.shape_key_clear()
         if not self._was_bound:

@@ -6,8 +6,9 @@ import numpy as np
 
 from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError
-from ...scene import frames, rig_space, shape_keys
+from ...scene import frames, key_marks, rig_space, shape_keys
 from ...scene.core import fixed_points, sample_times
+from ...scene.key_marks import Role
 from ..core import far_poses
 
 #: Frames that are looked at, and vertices by which poses are compared: spread evenly where there are more.
@@ -86,6 +87,7 @@ class RigPoses:
         for frame, shape in self._found:
             key = shape_keys.add_shape(obj, f"{ids.RIG_POSE_KEY} {sample_times.named(frame)}", shape)
             key.mute = True
+            key_marks.put(key, Role.RIG_POSE)
             names.append(key.name)
         obj.meanvalue.pose_like = ids.LIKE_RIG
         return names

@@ -66,7 +66,7 @@ class HandleReading:
 
     @staticmethod
     def written_key(obj):
-        return obj.meanvalue.result_key
+        return shape_keys.result(obj)
 
 
 def _names(obj):

@@ -5,10 +5,10 @@ import bpy
 import numpy as np
 
 from ... import ids, wording
-from ...errors import SceneError
 from ...live import engine
-from ...scene import declarations, new_rest, selection, shape_keys, subject
+from ...scene import declarations, key_marks, new_rest, selection, shape_keys, subject
 from ...scene.core import fixed_points
+from ...scene.key_marks import Role
 from ..bridge import bound_record, controls, region
 from .pose import SettledOperator
 
@@ -56,11 +56,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     def prepare(self, obj, reading):
         if self.keep == 'NOTHING':
             return None
-        if self.keep == 'SHAPE_KEY' and self._kept_name() == obj.meanvalue.result_key:
-            raise SceneError(
-                f"'{self._kept_name()}' is the key that posing writes, so the next pose would overwrite it. Give the "
-                "kept pose another name, or change Result (Advanced)"
-            )
         return super().prepare(obj, reading)
 
     def use(self, obj):
@@ -82,10 +77,11 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         same = _key_of_the_pose(obj) if keeps_key else None
         settings.live = False
         if keeps_key and same is None:
-            key = keys.key_blocks[settings.result_key]
+            key = shape_keys.result(obj)
             key.name = self._kept_name()
+            key_marks.put(key, Role.KEPT)
             return f"The pose is shape key '{key.name}'", []
-        shape_keys.remove(obj, [settings.result_key])
+        shape_keys.remove(obj, shape_keys.pose_names(obj))
         if same is not None and same != keys.reference_key:
             shape_keys.show_fully(keys, same)
             return f"The pose is shape key '{same.name}', which was kept before", []
@@ -108,7 +104,7 @@ def _key_of_the_pose(obj):
     near = SAME_POSE * fixed_points.bounding_box_diagonal(shape_keys.positions(keys.reference_key))
     for key in keys.key_blocks:
         is_plain = key.relative_key == keys.reference_key and not key.vertex_group
-        if key.name == obj.meanvalue.result_key or not is_plain:
+        if key == shape_keys.result(obj) or not is_plain:
             continue
         if np.abs(shape_keys.positions(key) - shape).max(initial=0.0) <= near:
             return key
@@ -156,5 +152,6 @@ def remove_what_was_made(obj):
     region.remove_made_group(obj)
     if settings.bound.is_bound:
         bound_record.release(settings.bound)
-    settings.former_result = ""
+    for name in ("result_name", "result_mark", "former_mark"):
+        settings.property_unset(name)
     return wording.counted(count, "handle or pin", "handles and pins")

@@ -8,8 +8,9 @@ import numpy as np
 from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import scene_input, targets
-from ...scene import mesh_arrays, shape_keys
+from ...scene import key_marks, mesh_arrays, shape_keys
 from ...scene.core import welding
+from ...scene.key_marks import Role
 from ...solver import session
 from ...solver.core import result
 from . import key_shapes
@@ -56,11 +57,12 @@ class Corrective:
             raise SceneError("The shape keys reach all handles, so there is nothing left for a corrective")
         keys = obj.data.shape_keys
         points = self._held.rest + offset
-        key = keys.key_blocks.get(obj.meanvalue.corrective_key)
+        key = key_marks.only(keys, Role.CORRECTIVE)
         if key is None:
             key = shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
-            obj.meanvalue.corrective_key = key.name
+            key_marks.put(key, Role.CORRECTIVE)
         else:
+            key_marks.claim(key)
             shape_keys.write_positions(obj.data, key, points)
         shape_keys.show_fully(keys, key)
         return key.name

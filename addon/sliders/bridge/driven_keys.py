@@ -4,7 +4,8 @@
 import numpy as np
 
 from ...errors import SceneError
-from ...scene import shape_keys
+from ...scene import key_marks, shape_keys
+from ...scene.key_marks import Role
 from . import key_shapes
 
 SHAPE, KEYS = 'SHAPE', 'SHAPE_KEYS'
@@ -18,9 +19,9 @@ def names(obj):
     """Of the shape keys that show the pose, the corrective among them; none where the result does."""
     if not is_on(obj):
         return []
-    driven, keys = [slider.name for slider in key_shapes.sorted_out(obj)[0]], obj.data.shape_keys
-    corrective = obj.meanvalue.corrective_key
-    return [*driven, corrective] if keys is not None and corrective in keys.key_blocks else driven
+    driven = [slider.name for slider in key_shapes.sorted_out(obj)[0]]
+    corrective = key_marks.only(obj.data.shape_keys, Role.CORRECTIVE)
+    return driven if corrective is None else [*driven, corrective.name]
 
 
 def positions(obj):
@@ -50,7 +51,10 @@ def chosen(obj):
     """Drive was chosen. The result, which posing by its shape writes, is not to be added to what keys show."""
     result = shape_keys.result(obj)
     if result is not None and result != obj.data.shape_keys.reference_key:
-        result.mute = is_on(obj)
+        if is_on(obj):
+            shape_keys.turn_off(result)
+        else:
+            shape_keys.show_fully(obj.data.shape_keys, result)
     obj.update_tag()
 
 

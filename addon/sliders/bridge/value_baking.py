@@ -90,7 +90,7 @@ class ValueBaking:
         obj.meanvalue.live = False
         result = shape_keys.result(obj)
         if result is not None and result.name not in self.curves and not result.mute and result.value:
-            result.mute = True
+            shape_keys.turn_off(result)
             notes.append(f"Shape key '{result.name}' is muted, so that it is not added to the values")
         if obj.meanvalue.baked.target:
             notes.append(shape_keys.BAKE_PLAYS)

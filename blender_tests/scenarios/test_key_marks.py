@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shape keys of the add-on are known by a mark, whatever they are called; those of the artist are never written."""
+
+import bpy
+import numpy as np
+from support import handles, meshes, steps
+from support.handles import move
+
+
+def blocks(obj):
+    return obj.data.shape_keys.key_blocks
+
+
+def posed():
+    obj, control = handles.tube()
+    move(control, (1.0, 0.5, 0.5))
+    return obj, control
+
+
+def test_a_renamed_pose_is_posed_on_before_and_after_undo(tmp_path):
+    obj, control = posed()
+    blocks(obj)["Mean-Value"].name = "Smile"
+    assert obj.meanvalue.result_key == "Smile"
+    bpy.ops.ed.undo_push(message="Renamed")
+    move(control, (0.5, 0.0, 0.0))
+    alone = meshes.seen(obj)
+    assert blocks(obj).keys() == ["Basis", "Smile"]
+    bpy.ops.ed.undo_push(message="Moved")
+    bpy.ops.ed.undo()
+    bpy.ops.ed.redo()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "renamed.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "renamed.blend"))
+    obj = bpy.data.objects["Tube"]
+    control = obj.meanvalue.handles["Top"].control
+    move(control, (0.5, 0.0, 0.0))
+    move(control, (-0.5, 0.0, 0.0))
+    assert blocks(obj).keys() == ["Basis", "Smile"]
+    assert np.abs(meshes.seen(obj) - alone).max() < 2e-3
+
+
+def test_what_has_the_name_of_the_pose_by_chance_is_the_artist_s():
+    obj, control = handles.tube(live=False)
+    obj.shape_key_add(name="Basis")
+    own = obj.shape_key_add(name="Mean-Value")
+    own.value, own.data[3].co.z = 0.0, 7.0
+    obj.meanvalue.live = True
+    move(control, (1.0, 0.5, 0.5))
+    assert blocks(obj).keys() == ["Basis", "Mean-Value", "Mean-Value.001"]
+    assert blocks(obj)["Mean-Value"].data[3].co.z == 7.0
+    assert obj.meanvalue.result_key == "Mean-Value.001"
+
+
+def test_copies_of_the_pose_are_the_artist_s():
+    obj, control = posed()
+    before = handles.shown(obj)
+    copy = obj.shape_key_add(name="Copy")  # as Blender 5 duplicates a key, and as joining adds one
+    copy.data.foreach_set("co", before.ravel())
+    copy.slider_min, copy.value = blocks(obj)["Mean-Value"].slider_min, 0.0
+    move(control, (0.5, 0.0, 0.0))
+    assert np.array_equal(steps.key_positions(obj, "Copy"), before)
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.finish(keep='NOTHING') == {'FINISHED'}
+    steps.add_handle(obj, "Again", handles.TOP, live=True)
+    handles.update()
+    move(bpy.context.object, (0.0, 0.5, 0.0))
+    assert np.array_equal(steps.key_positions(obj, "Copy"), before)
+    assert blocks(obj).keys() == ["Basis", "Copy", "Mean-Value"]
+
+
+def test_a_joined_object_s_pose_is_not_written():
+    obj, control = posed()
+    other, _ = handles.tube("Other")
+    move(bpy.context.object, (0.0, 0.0, 1.0))
+    blocks(other)["Mean-Value"].name = "Theirs"
+    meshes.activate(obj)
+    other.select_set(True)
+    bpy.ops.object.join()
+    theirs = steps.key_positions(obj, "Theirs")
+    move(control, (0.5, 0.0, 0.0))
+    assert np.array_equal(steps.key_positions(obj, "Theirs"), theirs)
+    assert blocks(obj)["Theirs"].value == 1.0 and obj.meanvalue.result_key == "Mean-Value"
+
+
+def test_a_renamed_mix_is_mixed_on():
+    obj = meshes.tube(9, 8)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Wide")
+    key.data.foreach_set("co", (steps.key_positions(obj, "Basis") * (2.0, 2.0, 1.0)).astype(np.float32).ravel())
+    obj.meanvalue.mix.is_on = True
+    key.value = 1.0
+    handles.update()
+    blocks(obj)["Rotation-Aware Mix"].name = "Turned"
+    key.value = 0.5
+    handles.update()
+    assert blocks(obj).keys() == ["Basis", "Wide", "Turned"]
+    obj.meanvalue.mix.is_on = False
+    assert blocks(obj).keys() == ["Basis", "Wide"]
+    own = obj.shape_key_add(name="Rotation-Aware Mix")
+    own.value = 0.0
+    obj.meanvalue.mix.is_on = True
+    key.value = 0.7
+    handles.update()
+    assert "Rotation-Aware Mix.001" in blocks(obj)
+
+
+def test_what_is_off_has_the_value_0():
+    """FBX knows nothing of muted keys."""
+    obj, control = posed()
+    control.keyframe_insert("location", frame=1)
+    meshes.activate(obj)
+    blocks(obj)["Mean-Value"].name = "Smile"
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', frame_start=1, frame_end=2) == {'FINISHED'}
+    key = blocks(obj)["Smile"]
+    assert (key.mute, key.value) == (True, 0.0)
+    key.name = "Grin"
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
+    assert (blocks(obj)["Grin"].mute, blocks(obj)["Grin"].value) == (False, 1.0)
+    obj.meanvalue.result_key = "Next"
+    handles.update()
+    assert (blocks(obj)["Grin"].mute, blocks(obj)["Grin"].value, blocks(obj)["Next"].value) == (True, 0.0, 1.0)
