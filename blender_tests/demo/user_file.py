@@ -37,8 +37,6 @@ def user_subject(options):
     """Loads options.file and makes what is to be posed of it. @throws DemoError."""
     obj = load(options)
     prepare(obj, options.up)
-    if options.file.suffix.lower() in GLTF:  # its vertices are split where the texture is cut
-        obj.meanvalue.merge_distance = 1e-5 * np.linalg.norm(obj.dimensions)
     rest = pose.positions(obj)
     view = View() if options.camera is None else View(*options.camera)
     if not options.anchors:
