@@ -22,9 +22,12 @@ MIX_MARK = "meanvalue_mix"
 CACHE_MODIFIER = "Mean-Value Cache"
 CACHE_FOLDER = "meanvalue_cache"
 
+#: Names that handles and pins begin with, and the mesh's attribute that says which vertices they have.
+HANDLE_NAME = "Handle"
+PIN_NAME = "Pin"
+HANDLES_ATTRIBUTE = "meanvalue_handles"
+
 #: Vertex groups that the add-on makes.
-HANDLE_GROUP = "Handle"
-PIN_GROUP = "Pin"
 REGION_GROUP = "Region"
 LEFT_OVER_GROUP = "Wrap Left Over"
 

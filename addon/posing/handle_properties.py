@@ -3,21 +3,33 @@
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from .. import ids
 from ..errors import SceneError
 from ..live import engine
+from ..scene import vertex_groups
 from ..scene.declarations import aside, tell
 from .bridge import controls, moved_meshes
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def _choose_group(handle, context):
-    """As of a region, see properties.py."""
+def _choose_name(handle, context):
+    """Of a handle with a group, the artist's own now: as of a region, see properties.py. Others are called uniquely."""
     if handle.name != handle.made_group:
         handle.made_group = ""
+    names = [each.name for each in handle.id_data.meanvalue.handles if each != handle]
+    if handle.mark and (handle.name in names or not handle.name):
+        handle.name = vertex_groups.unused(handle.name or ids.HANDLE_NAME, names)
     tell(handle, context)
 
 
@@ -46,14 +58,15 @@ def _paint(handle, _context):
 
 
 class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
-    """One vertex group whose vertices are anchors: a handle or a pin"""
+    """Vertices that are anchors: a handle or a pin"""
 
     name: StringProperty(
-        name="Vertex Group",
-        description="Vertex group whose vertices hold and pose the mesh",
+        name="Name",
+        description="Name of the handle. Where it was made of a vertex group, the group whose vertices hold the mesh",
         maxlen=ids.NAME_LENGTH,
-        update=_choose_group,
+        update=_choose_name,
     )
+    mark: IntProperty(options={'HIDDEN'})  # what its vertices have, see bridge/members.py; 0: it has a vertex group's
     is_enabled: BoolProperty(
         name="Enabled",
         description="Let these vertices hold and pose the mesh. Off, they move like all others",
@@ -131,7 +144,7 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         default=(1.0, 0.55, 0.1),
         update=_paint,
     )
-    made_group: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for it: Remove takes it away
+    made_group: aside(StringProperty)(options={'HIDDEN'})  # group that an older version made: Remove takes it away
     made_control: aside(BoolProperty)(options={'HIDDEN'})
     is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
     marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this marker

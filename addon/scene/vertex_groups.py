@@ -2,6 +2,7 @@
 """Members of vertex groups. A vertex is a member if its weight is above zero."""
 
 import array
+import itertools
 import math
 import time
 
@@ -91,11 +92,6 @@ def require(obj, name, role, remedy):
         raise SceneError(f"'{obj.name}' has no vertex group '{name}', which is {role}. {remedy}")
 
 
-def require_listed(obj, name):
-    """@throws SceneError if the object has no vertex group `name`, which a handle names."""
-    require(obj, name, "on the list of handles", "Choose another group in Active Handle, or remove the handle")
-
-
 def active_name(obj):
     """Name of the active group; "" if there is none."""
     return obj.vertex_groups.active.name if obj.vertex_groups.active is not None else ""
@@ -113,9 +109,13 @@ def make(obj, name):
     The weights of a group that is called like a bone of the mesh's armature are that bone's skin: a handle or a region
     of that name would move with the bone.
     """
-    taken = {*obj.vertex_groups.keys(), *_bone_names(obj)}
-    names = (name, *(f"{name[: ids.NAME_LENGTH - 4]}.{number:03}" for number in range(1, 1000)))
-    return obj.vertex_groups.new(name=next(each for each in names if each not in taken))
+    return obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *_bone_names(obj)}))
+
+
+def unused(name, taken):
+    """`name`, numbered where it is `taken`."""
+    numbered = (f"{name[: ids.NAME_LENGTH - 4]}.{number:03}" for number in itertools.count(1))
+    return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
 def _bone_names(obj):

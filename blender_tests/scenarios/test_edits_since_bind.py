@@ -130,8 +130,7 @@ def grabbed_ear():
     bpy.context.view_layer.update()
     meshes.activate(obj)
     handle = obj.meanvalue.handles[0]
-    group = obj.vertex_groups[handle.name].index
-    return obj, handle.control, [v.index for v in obj.data.vertices if any(each.group == group for each in v.groups)]
+    return obj, handle.control, steps.held(obj, handle.name)
 
 
 def in_world(obj, vertices):

@@ -11,26 +11,14 @@ from support.handles import TOP, is_at_rest, move, rest, shown, update
 from support.sheets import COLUMNS, MIDDLE, grab, region_weights, sheet
 
 
-def select_in_edit_mode(obj, indices):
-    meshes.activate(obj)
-    bpy.ops.object.mode_set(mode='EDIT')
-    bpy.ops.mesh.select_all(action='DESELECT')
-    bpy.ops.object.mode_set(mode='OBJECT')
-    for index in indices:
-        obj.data.vertices[index].select = True
-    bpy.ops.object.mode_set(mode='EDIT')
-
-
 def test_a_handle_of_selected_vertices():
     obj = meshes.tube(17, 8)
-    select_in_edit_mode(obj, TOP)
+    steps.select_in_edit_mode(obj, TOP)
     assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
     (handle,) = obj.meanvalue.handles
     control = handle.control
-    assert (handle.name, handle.follows, handle.made_group, handle.made_control) == ("Head", 'CONTROL', "Head", True)
-    group = obj.vertex_groups["Head"]
-    members = [vertex.index for vertex in obj.data.vertices if any(g.group == group.index for g in vertex.groups)]
-    assert members == list(TOP)
+    assert (handle.name, handle.follows, handle.made_control) == ("Head", 'CONTROL', True)
+    assert steps.held(obj, "Head") == list(TOP) and not obj.vertex_groups
     assert obj.mode == 'OBJECT'
     assert bpy.context.object == control and control.select_get() and not obj.select_get()
     assert control.parent == obj and control.show_in_front
@@ -52,7 +40,7 @@ def test_a_control_stands_where_a_moved_and_turned_object_shows_the_part():
 def test_a_pin_of_selected_vertices_with_a_control_active():
     obj, control = handles.tube()
     meshes.activate(obj)
-    select_in_edit_mode(obj, [64, 65])
+    steps.select_in_edit_mode(obj, [64, 65])
     assert bpy.ops.meanvalue.add_handle(pin=True) == {'FINISHED'}
     handle = obj.meanvalue.handles[-1]
     assert (handle.name, handle.follows, handle.control) == ("Pin", 'REST', None)
@@ -91,7 +79,7 @@ def test_what_cannot_be_a_handle_is_refused(pin):
     meshes.activate(obj)
     with steps.refused("'Top' is on the list already"):
         call(group="Top")
-    select_in_edit_mode(obj, [])
+    steps.select_in_edit_mode(obj, [])
     with steps.refused("No vertices are selected"):
         call()
     assert obj.mode == 'EDIT'
@@ -99,7 +87,7 @@ def test_what_cannot_be_a_handle_is_refused(pin):
 
 def test_removing_a_handle_takes_what_was_made_for_it():
     obj = meshes.tube(17, 8)
-    select_in_edit_mode(obj, TOP)
+    steps.select_in_edit_mode(obj, TOP)
     bpy.ops.meanvalue.add_handle(name="Head")
     assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
     assert [each.name for each in bpy.data.objects] == ["Tube"]

@@ -23,7 +23,7 @@ def native_result(native, obj, pose_name, anchors, roi=None):
 
 
 def vertex_handle(obj, vertex):
-    return obj.meanvalue.handles.find(obj.vertex_groups[obj.data.vertices[vertex].groups[0].group].name)
+    return next(n for n, handle in enumerate(obj.meanvalue.handles) if vertex in steps.held(obj, handle.name))
 
 
 def closed_with_ngons():

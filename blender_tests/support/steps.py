@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from . import installed
+from .meshes import activate
 
 
 def add_group(obj, name, indices, weight=1.0):
@@ -29,6 +30,21 @@ def add_handle(obj, name, indices, **options):
     add_group(obj, name, indices)
     assert bpy.ops.meanvalue.add_handle(group=name, **options) == {'FINISHED'}
     return obj.meanvalue.handles[name].control
+
+
+def select_in_edit_mode(obj, indices):
+    activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bpy.ops.mesh.select_all(action='DESELECT')
+    bpy.ops.object.mode_set(mode='OBJECT')
+    for index in indices:
+        obj.data.vertices[index].select = True
+    bpy.ops.object.mode_set(mode='EDIT')
+
+
+def held(obj, name):
+    """Ascending indices of the vertices that the handle `name` has."""
+    return installed.part("posing.bridge.members").of(obj, [obj.meanvalue.handles[name]])[0].tolist()
 
 
 def list_anchors(obj, **groups):

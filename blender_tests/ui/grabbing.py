@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from harness import grab, view
-from support import meshes
+from support import meshes, steps
 
 
 def three_acts_from_a_fresh_mesh(ui):
@@ -136,7 +136,7 @@ def shift_click_pins(ui):
     assert [handle.follows for handle in grab.handles()] == ['REST'], ui.reports()
     start = ui.project(grab.front(x=-0.3))
     yield from grab.drag(ui, start, -100, 40)
-    members = grab.members("Pin")
+    members = steps.held(grab.ball(), "Pin")
     assert np.abs(grab.seen() - rest)[members].max() == 0.0
     yield from ui.screenshot("grab_6_pin")
     yield from ui.drag_mouse(pinned, (pinned[0] + 50, pinned[1]))

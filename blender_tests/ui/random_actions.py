@@ -230,12 +230,8 @@ def _check_anchors(obj, keys):
     assert np.isfinite(result).all()
     taken = set()
     for line in obj.meanvalue.handles:
-        group = obj.vertex_groups[line.name].index if line.is_enabled else None
-        members = [
-            vertex.index
-            for vertex in obj.data.vertices
-            if vertex.index not in taken and any(each.group == group and each.weight > 0.0 for each in vertex.groups)
-        ]
+        held = installed.part("posing.bridge.members").of(obj, [line])[0].tolist() if line.is_enabled else []
+        members = [vertex for vertex in held if vertex not in taken]
         taken.update(members)
         if not members or line.is_soft:
             continue

@@ -23,7 +23,7 @@ def test_what_is_done_to_handles_and_mesh_is_shown(problem, part):
     update()
     assert problem(obj) is None, "the next pose takes it in"
     count = part("posing.bridge.scene_input").member_count
-    assert (count(obj, "A"), count(obj, "B")) == (4, 1)
+    assert (count(obj, 0), count(obj, 1)) == (4, 1)
     obj.data.vertices[3].co.z += 1.0
     obj.data.update()
     update()

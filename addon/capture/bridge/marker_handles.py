@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...posing.bridge import control_places, controls
-from ...scene import actions, vertex_groups
+from ...posing.bridge import control_places, controls, members
+from ...scene import actions
 from ...scene.core import motion, sample_times
 from . import marker_pairs
 
@@ -59,7 +59,7 @@ def update_handle(obj, matched, number):
     handle.marker = name
     control = _control_of(obj, handle, name, 'CUBE', CONTROL_SIZE * matched.size)
     controls.choose(handle, control, motion.affine(np.eye(3), matched.rest[number]))
-    _give_members(obj, handle, np.array([vertex]))
+    members.give(obj, handle, [vertex])
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
     _animate(control, matched, matched.targets[:, number], matched.rest[number])
@@ -76,7 +76,7 @@ def _update_cuff(obj, matched, name, cuff):
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
     (rig,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, rig)
-    _give_members(obj, handle, cuff.vertices)
+    members.give(obj, handle, cuff.vertices)
     to_control = np.linalg.inv(frame)
     basis = to_control @ np.linalg.inv(np.array(obj.matrix_world, np.float64)[:3, :3])
     turns = basis @ cuff.turns @ np.linalg.inv(basis)
@@ -94,23 +94,14 @@ def drop(obj, pair):
 
 
 def _make_soft_handle(obj, name, color, strength):
-    """A soft handle that follows a control, with a vertex group of its own."""
+    """A soft handle that follows a control, without vertices yet."""
     handle = obj.meanvalue.handles.add()
-    handle.name = handle.made_group = vertex_groups.make(obj, name).name
+    members.make(obj, handle, name, [])
     handle.color = color
     handle.follows = 'CONTROL'
     handle.is_soft = True
     handle.strength = strength
     return handle
-
-
-def _give_members(obj, handle, vertices):
-    """Has the handle hold these vertices, and no other. Its group is made again where the artist took it away."""
-    if handle.name not in obj.vertex_groups:
-        handle.name = handle.made_group = vertex_groups.make(obj, handle.marker or handle.cuff).name
-    weights = np.zeros(len(obj.data.vertices))
-    weights[vertices] = 1.0
-    vertex_groups.replace_weights(obj, obj.vertex_groups[handle.name], weights)
 
 
 def _control_of(obj, handle, name, shape, size):

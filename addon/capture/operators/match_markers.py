@@ -5,8 +5,8 @@ import bpy
 
 from ... import wording
 from ...errors import SceneError
-from ...posing.bridge import scene_input, targets
-from ...scene import shape_keys, vertex_groups
+from ...posing.bridge import members, scene_input, targets
+from ...scene import shape_keys
 from ...widgets.background import BackgroundOperator
 from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
 
@@ -41,8 +41,8 @@ def _shared(obj, matched):
     own = {pair.control for pair in marker_pairs.matched(obj)}
     handles = [handle for handle in targets.enabled_handles(obj) if handle.control not in own]
     held = {}
-    for name, members in vertex_groups.members(obj, [handle.name for handle in handles]).items():
-        held.update(dict.fromkeys(members.tolist(), name))
+    for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
+        held.update(dict.fromkeys(vertices.tolist(), handle.name))
     places = zip(matched.names, matched.vertices.tolist(), strict=True)
     both = {name: held[vertex] for name, vertex in places if vertex in held}
     if not both:

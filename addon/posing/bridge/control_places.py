@@ -12,8 +12,9 @@ import numpy as np
 from mathutils import Matrix
 
 from ...errors import SceneError
-from ...scene import rig_space, vertex_groups
+from ...scene import rig_space
 from ...scene.core import motion
+from . import members
 
 #: A bone that deforms its own handle by half has moved it by half of what is missing each time that it is put back.
 MOST_RESETS = 24
@@ -64,15 +65,14 @@ def rig_transforms(obj, handles):
     space = rig_space.measure(obj)
     if space is None:
         return [motion.IDENTITY] * len(handles)
-    members = vertex_groups.members(obj, [handle.name for handle in handles])
-    return [rig_transform(space, handle, members.get(handle.name, ())) for handle in handles]
+    return [rig_transform(space, *each) for each in zip(handles, members.of(obj, handles), strict=True)]
 
 
-def rig_transform(space, handle, members):
-    """4 x 4: what the rig does to `handle`, whose vertex indices are `members`; space: SeenSpace or None."""
-    if space is None or len(members) == 0:
+def rig_transform(space, handle, vertices):
+    """4 x 4: what the rig does to `handle`, which has `vertices`; space: SeenSpace or None."""
+    if space is None or len(vertices) == 0:
         return motion.IDENTITY
-    return space.transform_of(members, frame_of(handle) if follows_rig(handle.id_data, handle) else None)
+    return space.transform_of(vertices, frame_of(handle) if follows_rig(handle.id_data, handle) else None)
 
 
 def follows_rig(obj, handle):

@@ -8,7 +8,7 @@ from mathutils import Color
 from ...errors import SceneError
 from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
-from . import control_places, orphans, region
+from . import control_places, members, orphans, region
 
 #: A control is this much of the part that it moves: it is seen and clicked, and hides little of what it poses.
 SIZE_OVER_PART = 0.8
@@ -84,9 +84,10 @@ def is_deleted(handle):
 
 def remove_deleted(obj):
     """For operators: removes the handles that is_deleted() tells of."""
-    for name in [handle.name for handle in obj.meanvalue.handles if is_deleted(handle)]:
-        region.let_go(obj, obj.meanvalue.handles[name])
-        remove_handle(obj, obj.meanvalue.handles.find(name))
+    for index in reversed(range(len(obj.meanvalue.handles))):
+        if is_deleted(obj.meanvalue.handles[index]):
+            region.let_go(obj, obj.meanvalue.handles[index])
+            remove_handle(obj, index)
 
 
 def _is_in_a_scene(control):
@@ -120,17 +121,17 @@ def attach_where_they_are(obj, handles, moves=None):
 
 def shown_move(obj, handle):
     """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever moves it."""
-    members = vertex_groups.full_members(obj, handle.name)
+    vertices = members.full(obj, handle)
     shown = shape_keys.posed_positions(obj)
-    if len(members) == 0 or shown is None:
+    if len(vertices) == 0 or shown is None:
         return motion.IDENTITY
     frame, space = control_places.frame_of(handle), rig_space.measure(obj)
     if space is None:
-        move = control_places.fitted(shape_keys.rest_positions(obj.data)[members], shown[members], frame)
+        move = control_places.fitted(shape_keys.rest_positions(obj.data)[vertices], shown[vertices], frame)
     else:
-        transform = control_places.rig_transform(space, handle, members)
+        transform = control_places.rig_transform(space, handle, vertices)
         seen = rig_space.seen(obj, space, shown)
-        move = np.linalg.inv(transform) @ control_places.fitted(space.seen[members], seen[members], frame) @ transform
+        move = np.linalg.inv(transform) @ control_places.fitted(space.seen[vertices], seen[vertices], frame) @ transform
     return motion.between(motion.IDENTITY, move)
 
 
@@ -197,15 +198,16 @@ def remove_control(handle):
 
 
 def remove_handle(obj, index):
-    """Removes a handle, with the control and vertex group that were made for it."""
+    """Removes a handle, with what was made for it: its control and its marks, or vertex group."""
     settings = obj.meanvalue
     handle = settings.handles[index]
-    name, made_group, control = handle.name, handle.name == handle.made_group, handle.control
+    name, mark, made_group, control = handle.name, handle.mark, handle.made_group, handle.control
     if control is not None and bpy.context.view_layer.objects.active == control:
         selection.choose(obj)
     remove_control(handle)
     settings.handles.remove(index)
-    if made_group:
+    members.tidy(obj, mark)
+    if name == made_group and name not in settings.handles:
         vertex_groups.remove_made(obj, name)
     obj.update_tag()
     settings.active_handle = max(0, min(settings.active_handle, len(settings.handles) - 1))

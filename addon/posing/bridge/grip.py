@@ -54,11 +54,11 @@ class Grip:
             if not (mesh_arrays.edges(obj.data) == vertex).any():
                 raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press elsewhere")
             rig_space.measure(obj)  # throws before anything is changed
-            members = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
+            vertices = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
             self.has_size = bool(obj.meanvalue.roi_group) or is_first
-            handle = new_handles.add_handle(obj, members, new_name=ids.HANDLE_GROUP)
-            new_handles.make_handle(obj, handle, members)
+            handle = new_handles.add_handle(obj, vertices, new_name=ids.HANDLE_NAME)
+            new_handles.make_handle(obj, handle, vertices)
             self._size_before = 0.0
         else:
             handle = obj.meanvalue.handles[index]

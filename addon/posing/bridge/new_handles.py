@@ -5,31 +5,31 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, vertex_groups, views
-from . import controls, region
+from ...scene import rig_space, shape_keys, views
+from . import controls, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
 
 
-def add_handle(obj, members, *, group="", new_name=""):
-    """A new handle, the active one: of the vertex group `group`, or of a new one with the vertices `members`."""
-    settings, made_group = obj.meanvalue, ""
+def add_handle(obj, vertices, *, group="", new_name=""):
+    """A new handle, the active one: of the vertex group `group`, or of `vertices`."""
+    settings = obj.meanvalue
     if not group:
         controls.remove_deleted(obj)
-        made = vertex_groups.make(obj, new_name)
-        made.add(members.tolist(), 1.0, 'REPLACE')
-        group = made_group = made.name
     handle = settings.handles.add()
-    handle.name, handle.made_group = group, made_group
+    if group:
+        handle.name = group
+    else:
+        members.make(obj, handle, new_name, vertices)
     settings.active_handle = len(settings.handles) - 1
     return handle
 
 
-def make_handle(obj, handle, members, color=None):
+def make_handle(obj, handle, vertices, color=None):
     """Gives a handle its control, at its vertices as they are shown. Returns the control."""
     carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
     handle.color = color or views.COLORS[carried % len(views.COLORS)]
-    rest, shown = positions(obj, members)
+    rest, shown = positions(obj, vertices)
     return controls.add_control(obj, handle, rest, shown)
 
 
@@ -38,34 +38,29 @@ def make_pin(handle):
     handle.color = PIN_COLOR
 
 
-def positions(obj, members):
+def positions(obj, vertices):
     """(m x 3 in the rest shape, m x 3 as posed), float32."""
-    rest = shape_keys.rest_positions(obj.data)[members]
+    rest = shape_keys.rest_positions(obj.data)[vertices]
     posed = shape_keys.posed_positions(obj)
-    return rest, rest if posed is None else posed[members]
+    return rest, rest if posed is None else posed[vertices]
 
 
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
-    found = (_handle_of(obj, each) for each in region.copies_of(obj, vertex))
-    return next((index for index in found if index is not None), None)
+    copies = region.copies_of(obj, vertex)
+    for number, handle in enumerate(obj.meanvalue.handles):
+        if targets.is_taking_part(handle) and any(members.has(obj, handle, copy) for copy in copies):
+            return number
+    return None
 
 
 def near_vertices(obj, vertex, distance):
     """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
     distances = region.Surface(obj, np.array([vertex])).distances(distance)
     near = np.flatnonzero(distances <= distance).astype(np.int32)
-    is_free = [each == vertex or _handle_of(obj, int(each)) is None for each in near]
-    return near[np.array(is_free)]
-
-
-def _handle_of(obj, vertex):
-    names = {obj.vertex_groups[each.group].name for each in obj.data.vertices[vertex].groups if each.weight > 0.0}
-    for number, handle in enumerate(obj.meanvalue.handles):
-        if handle.is_enabled and handle.name in names and not controls.is_deleted(handle):
-            return number
-    return None
+    held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
+    return near[(near == vertex) | ~np.isin(near, held)]
 
 
 def toggle_pin(obj, vertex, size, name=""):
@@ -77,19 +72,19 @@ def toggle_pin(obj, vertex, size, name=""):
     index = handle_at(obj, vertex) if index < 0 else index
     if index is not None:
         return _let_go(obj, index)
-    members = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
-    rest, posed = positions(obj, members)
+    vertices = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
+    rest, posed = positions(obj, vertices)
     is_posed = np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj)
     if is_posed:
         rig_space.measure(obj)  # throws before anything is changed
-    handle = add_handle(obj, members, new_name=ids.PIN_GROUP)
+    handle = add_handle(obj, vertices, new_name=ids.PIN_NAME)
     if is_posed:
-        make_handle(obj, handle, members, PIN_COLOR)
+        make_handle(obj, handle, vertices, PIN_COLOR)
         handle.is_pin = True
     else:
         make_pin(handle)
     obj.update_tag()
-    return f"Pin '{handle.name}' holds {wording.vertices(len(members))}; Shift-click it again to let go"
+    return f"Pin '{handle.name}' holds {wording.vertices(len(vertices))}; Shift-click it again to let go"
 
 
 def _let_go(obj, index):

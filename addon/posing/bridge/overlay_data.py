@@ -81,15 +81,12 @@ def look(obj):
 
 
 def _read(obj, stamp, reading, positions):
-    names = [handle.name for handle in targets.enabled_handles(obj)]
-    region = obj.meanvalue.roi_group
-    members = reading.members
-    anchors, handles = bind_input.anchor_layout([members.get(name, _NONE) for name in names])
+    anchors, handles = bind_input.anchor_layout(reading.enabled_members(obj))
     rest = shape_keys.rest_positions(obj.data)
     twins = mirrors.partners(obj, rest, *reading.faces)
     anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *reading.faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
-    if region in members:
+    if obj.meanvalue.roi_group in reading.weights:
         freedom = scene_input.region_weights(obj, reading)
         copies = seams.copies(obj, rest, reading.faces)
         freedom = scene_input.effective_region(obj, freedom, copies, None if twins is None else twins[None])

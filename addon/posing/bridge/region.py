@@ -8,6 +8,7 @@ from ...errors import SceneError
 from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from ..core import region_growth
+from . import members
 
 #: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
 HANDLE_SHARE = 0.15
@@ -19,7 +20,7 @@ LEAST_EDGES = 2.5
 def require_own_group(obj):
     """@throws SceneError if the region is the vertex group of a handle, which writing to the region would change."""
     name = obj.meanvalue.roi_group
-    if name in obj.meanvalue.handles:
+    if any(handle.name == name and not handle.mark for handle in obj.meanvalue.handles):
         raise SceneError(
             f"The region '{name}' is the vertex group of a handle too, which would be changed. Choose another group in "
             "Region, or clear the field to have one made"
@@ -92,13 +93,13 @@ class Surface:
         return values if self._first is None else values[self._first]
 
 
-def handle_members(obj, name):
-    """Vertex indices of the handle `name`. @throws SceneError if there are none to grow from."""
-    vertex_groups.require_listed(obj, name)
-    members = vertex_groups.members(obj, [name])[name]
-    if len(members) == 0:
-        raise SceneError(f"Handle '{name}' has no vertices to grow from. Assign some, or choose another handle")
-    return members
+def seeds_of(obj, handle):
+    """Vertex indices of a handle. @throws SceneError if there are none to grow from."""
+    members.require_listed(obj, handle)
+    (seeds,) = members.of(obj, [handle])
+    if len(seeds) == 0:
+        raise SceneError(f"Handle '{handle.name}' has no vertices to grow from. Assign some, or choose another handle")
+    return seeds
 
 
 def write(obj, weights):
@@ -120,9 +121,8 @@ def around(obj, *handles):
     """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. Nearer vertices have more. Loose
     parts that lie completely within that, as eyes in a head, have 1."""
     found = np.zeros(len(obj.data.vertices))
-    members = vertex_groups.members(obj, [handle.name for handle in handles if handle.size > 0.0])
-    for handle in handles:
-        seeds = members.get(handle.name, ())
+    handles = [handle for handle in handles if handle.size > 0.0]
+    for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
         if len(seeds):
             found = np.maximum(found, _falloff(obj, seeds, (1.0 - HANDLE_SHARE) * radius(obj, handle.size)))
     return found

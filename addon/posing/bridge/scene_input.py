@@ -13,7 +13,7 @@ from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import controls, examples, targets
+from . import controls, examples, members, targets
 
 
 class HandleReading:
@@ -22,14 +22,14 @@ class HandleReading:
     Nothing of Blender's is kept: the object is handed in for each part. What was read is worth nothing once the object
     was edited. All are None until read:
 
-    members  {name: ascending vertex indices, int32} of the listed groups and the region, those that exist
+    members  [ascending vertex indices, int32] of all listed handles
     weights  {name: n float64, 0 to 1} of the region and of the groups of shape keys that are examples
     faces    (corners, starts) as of mesh_arrays.faces()
     """
 
     def __init__(self, obj):
         self.members = self.weights = self.faces = None
-        self._mesh, self._names = _mesh_facts(obj), _names(obj)
+        self._mesh, self._names, self._marks = _mesh_facts(obj), _names(obj), _marks(obj)
         self._groups = vertex_groups.Reading(obj, self._names)
 
     def go_on(self, obj, seconds=math.inf):
@@ -38,7 +38,7 @@ class HandleReading:
         if self.members is None:
             if not self._groups.go_on(obj, seconds):
                 return False
-            self.members = self._groups.members
+            self.members = members.with_groups(obj, obj.meanvalue.handles, self._groups.members)
             self.weights = self._groups.weights
             self._groups = None
             if time.monotonic() >= until:
@@ -47,9 +47,13 @@ class HandleReading:
             self.faces = mesh_arrays.faces(obj.data)
         return True
 
+    def enabled_members(self, obj):
+        """Those of targets.enabled_handles()."""
+        return [self.members[n] for n, each in enumerate(obj.meanvalue.handles) if targets.is_taking_part(each)]
+
     def fits(self, obj):
         """Whether it is of this object as it is now, as far as that is quick to tell."""
-        return self._mesh == _mesh_facts(obj) and self._names == _names(obj)
+        return (self._mesh, self._names, self._marks) == (_mesh_facts(obj), _names(obj), _marks(obj))
 
     @staticmethod
     def signature(obj):
@@ -70,7 +74,12 @@ class HandleReading:
 
 
 def _names(obj):
-    return {handle.name for handle in obj.meanvalue.handles} | {obj.meanvalue.roi_group} | examples.groups(obj)
+    own = {handle.name for handle in obj.meanvalue.handles if not handle.mark}
+    return own | {obj.meanvalue.roi_group} | examples.groups(obj)
+
+
+def _marks(obj):
+    return [handle.mark or handle.name for handle in obj.meanvalue.handles]
 
 
 def _mesh_facts(obj):
@@ -84,11 +93,11 @@ def model(obj):
     return object_model.of(obj, HandleReading)
 
 
-def member_count(obj, name):
+def member_count(obj, number):
     """How many vertices a handle has; None while that is not known."""
     reading = model(obj).reading
-    members = reading.members if reading is not None else None
-    return None if members is None or name not in members else len(members[name])
+    known = reading.members if reading is not None else None
+    return None if known is None or number >= len(known) else len(known[number])
 
 
 def example_count(obj):
@@ -118,15 +127,12 @@ def gather(obj, reading=None, to_bind=True):
     if reading is None or not reading.fits(obj):
         reading = HandleReading(obj)
     reading.go_on(obj)
-    members = reading.members
     corners, starts = reading.faces
     settings = obj.meanvalue
-    handles = targets.enabled_handles(obj)
-    names = [handle.name for handle in handles]
-    region_name = settings.roi_group
+    handles, held = targets.enabled_handles(obj), reading.enabled_members(obj)
     freedom = region_weights(obj, reading)
-    _require_members(names, members, region_name, freedom)
-    anchors, handle_numbers = anchor_layout([members[name] for name in names])
+    _require_members(handles, held, settings.roi_group, freedom)
+    anchors, handle_numbers = anchor_layout(held)
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
@@ -192,20 +198,18 @@ def require_handles(obj):
     problem = unheld_problem(obj)
     if problem:
         raise SceneError(problem)
-    names = [handle.name for handle in targets.enabled_handles(obj)]
     region_name = obj.meanvalue.roi_group
-    for name in names:
-        vertex_groups.require_listed(obj, name)
+    for handle in targets.enabled_handles(obj):
+        members.require_listed(obj, handle)
     if region_name:
         vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
 
-def _require_members(names, members, region_name, freedom):
-    empty = next((name for name in names if len(members[name]) == 0), None)
+def _require_members(handles, held, region_name, freedom):
+    empty = next((handle for handle, vertices in zip(handles, held, strict=True) if len(vertices) == 0), None)
     if empty is not None:
-        raise SceneError(
-            f"Handle '{empty}' has no vertices with a weight above zero. Assign vertices to it, or remove it"
-        )
+        why = "left. Remove it" if empty.mark else "with a weight above zero. Assign some, or remove it"
+        raise SceneError(f"Handle '{empty.name}' has no vertices {why}")
     if region_name and not (freedom > 0.0).any():
         raise SceneError(
             f"The region is empty: by '{region_name}' no vertex may move. Assign the vertices that may, choose another "

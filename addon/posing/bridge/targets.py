@@ -28,7 +28,11 @@ class Targets:
 
 def enabled_handles(obj):
     """The handles that take part, in the order of the list; anchors have their numbers."""
-    return [handle for handle in obj.meanvalue.handles if handle.is_enabled and not controls.is_deleted(handle)]
+    return [handle for handle in obj.meanvalue.handles if is_taking_part(handle)]
+
+
+def is_taking_part(handle):
+    return handle.is_enabled and not controls.is_deleted(handle)
 
 
 def followed_handles(obj):

@@ -34,7 +34,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     )
     name: bpy.props.StringProperty(
         name="Name",
-        description="Name of the vertex group that is made of selected vertices",
+        description="Name of the handle that is made of selected vertices",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
@@ -97,7 +97,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         selection.leave_edit_mode(obj)
         if not self.pin:
             rig_space.measure(obj)  # throws before anything is changed
-        new_name = self.name or (ids.PIN_GROUP if self.pin else ids.HANDLE_GROUP)
+        new_name = self.name or (ids.PIN_NAME if self.pin else ids.HANDLE_NAME)
         handle = new_handles.add_handle(obj, members, group=name, new_name=new_name)
         count = wording.vertices(len(np.unique(members)))
         if self.pin:
@@ -144,7 +144,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             raise SceneError(
                 f"Vertex group '{name}' is on the list already. Select vertices in Edit Mode, or choose another group"
             )
-        members = vertex_groups.members(obj, [name])[name]
-        if len(members) == 0:
+        vertices = vertex_groups.members(obj, [name])[name]
+        if len(vertices) == 0:
             raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
-        return name, members
+        return name, vertices

@@ -8,7 +8,7 @@ from ...errors import SceneError
 from ...live import engine
 from ...scene import actions, selection, vertex_groups
 from ...widgets.base import MeshOperator
-from ..bridge import control_places, controls, region
+from ..bridge import control_places, controls, members, region
 
 #: What Blender calls the channels of rotation in each mode of rotation; Euler angles in all others.
 ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
@@ -45,17 +45,12 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
         if handle.follows == 'CONTROL' and obj.mode != 'EDIT':
             controls.select(handle)
             return f"The control of '{handle.name}' is selected", []
-        return self._select_vertices(obj, handle.name)
-
-    def _select_vertices(self, obj, name):
-        vertex_groups.require_listed(obj, name)
-        obj.vertex_groups.active_index = obj.vertex_groups[name].index
+        members.require_listed(obj, handle)
+        vertex_groups.make_active(obj, handle.name)
+        selection.leave_edit_mode(obj)
         selection.choose(obj)
-        if obj.mode != 'EDIT':
-            bpy.ops.object.mode_set(mode='EDIT')
-        bpy.ops.mesh.select_all(action='DESELECT')
-        bpy.ops.object.vertex_group_select()
-        return f"The vertices of '{name}' are selected", []
+        notes = selection.edit_with_selected(obj, *members.of(obj, [handle]))
+        return f"The vertices of '{handle.name}' are selected", notes
 
 
 class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):

@@ -36,17 +36,17 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         settings = obj.meanvalue
         region.require_own_group(obj)
-        name = settings.handles[settings.active_handle].name
-        members = region.handle_members(obj, name)
+        handle = settings.handles[settings.active_handle]
+        seeds = region.seeds_of(obj, handle)
         if not self.properties.is_property_set("distance"):
             self.distance = region.radius(obj, FIRST_DISTANCE)
-        distances = region.Surface(obj, members).distances(self.distance)
+        distances = region.Surface(obj, seeds).distances(self.distance)
         weights = (distances <= self.distance).astype(float)
         if self.extend:
             weights = np.maximum(weights, region.weights(obj))
         region.write(obj, weights)
         count = wording.vertices(np.count_nonzero(weights))
-        return f"The region '{settings.roi_group}' has {count} around '{name}'", []
+        return f"The region '{settings.roi_group}' has {count} around '{handle.name}'", []
 
 
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):

@@ -6,11 +6,11 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, subject, vertex_groups
+from ...scene import rig_space, shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator
-from ..bridge import bound_record, controls, new_handles, scene_input, targets
+from ..bridge import bound_record, controls, members, new_handles, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -156,9 +156,8 @@ def _make_own_controls(obj):
     """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many."""
     handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
     handles = [handle for handle in handles if controls.why_it_is_missing(obj, handle)]
-    members = vertex_groups.members(obj, [handle.name for handle in handles])
-    for handle in handles:
-        new_handles.make_handle(obj, handle, members[handle.name], handle.color)
+    for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
+        new_handles.make_handle(obj, handle, vertices, handle.color)
     return len(handles)
 
 

@@ -9,7 +9,7 @@ from ...scene import mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
-from ..bridge import bound_record, controls, scene_input, targets
+from ..bridge import bound_record, controls, members, scene_input, targets
 from ..operators import tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -22,13 +22,12 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, index):
         obj = subject.of(context)
-        missing = item.name not in obj.vertex_groups
         row = layout.row(align=True)
         row.prop(item, "is_enabled", text="")
         color = row.row(align=True)
         color.ui_units_x = 0.6
         color.prop(item, "color", text="")
-        broken = missing or controls.problem(obj, item) is not None
+        broken = members.is_missing(obj, item) or controls.problem(obj, item) is not None
         name = row.row()
         name.alert = broken
         name.active = item.is_enabled
@@ -108,8 +107,11 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
         layout = column_of_settings(self.layout)
         obj = subject.of(context)
         handle = _active_handle(obj)
-        layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
-        count = scene_input.member_count(obj, handle.name)
+        if handle.mark:
+            layout.prop(handle, "name")
+        else:
+            layout.prop_search(handle, "name", obj, "vertex_groups", text="Group")
+        count = scene_input.member_count(obj, obj.meanvalue.active_handle)
         layout.label(text="" if count is None else wording.vertices(count))
         layout.prop(handle, "follows")
         if handle.follows == 'CONTROL':

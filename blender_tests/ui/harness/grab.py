@@ -91,10 +91,6 @@ def escape(ui):
     yield from ui.pause(0.3)
 
 
-def members(name):
-    group = ball().vertex_groups[name].index
-    return [vertex.index for vertex in ball().data.vertices if any(element.group == group for element in vertex.groups)]
-
-
 def region_size():
-    return len(members(ball().meanvalue.roi_group))
+    group = ball().vertex_groups[ball().meanvalue.roi_group].index
+    return sum(any(element.group == group for element in vertex.groups) for vertex in ball().data.vertices)
