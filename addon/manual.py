@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on.
+"""Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on, in the browser.
 
 Each room says its page in PAGE; PAGES, if it has that, names those of single operators.
 """
@@ -8,14 +8,15 @@ import pathlib
 
 import bpy
 
-#: The guide as text, put here when the add-on is packaged.
+#: The guide, put here when the add-on is packaged, and where it begins.
 FOLDER = pathlib.Path(__file__).resolve().parent / "manual"
+START = (FOLDER / "index.html").as_uri()
 
 _map = ()
 
 
 def meanvalue_manual_map():
-    return f"{FOLDER.as_uri()}/", _map
+    return f"{FOLDER.as_uri()}/guide/", _map
 
 
 def _entries(rooms):
@@ -24,11 +25,11 @@ def _entries(rooms):
         pages = getattr(room, "PAGES", {})
         for cls in room.CLASSES:
             if issubclass(cls, bpy.types.Operator):
-                yield f"bpy.ops.{cls.bl_idname}*", f"{pages.get(cls.bl_idname, room.PAGE)}.txt"
+                yield f"bpy.ops.{cls.bl_idname}*", f"{pages.get(cls.bl_idname, room.PAGE)}.html"
         for cls in room.PROPERTY_GROUPS:
-            yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.PAGE}.txt"
+            yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.PAGE}.html"
         for name in room.SETTINGS:
-            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.PAGE}.txt"
+            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.PAGE}.html"
 
 
 def register(rooms):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The add-on's entry in Preferences: whether the compiled solver is there, and what it has to fit."""
+"""The add-on's entry in Preferences: whether the compiled solver is there, the guide, and what a report needs."""
 
 import bpy
 
-from . import wording
+from . import manual, wording
 from .solver import native_loader
 from .widgets import panels
 
@@ -20,4 +20,6 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
         else:
             ready = f"Ready, version {native_loader.module().__version__}"
             box.label(text=ready, icon='CHECKMARK')
-        box.operator("meanvalue.copy_system_info", icon='COPYDOWN')
+        row = self.layout.row()
+        row.operator("wm.url_open", text="Documentation", icon='HELP').url = manual.START
+        row.operator("meanvalue.copy_system_info", text="Copy System Info for a Bug Report", icon='URL')

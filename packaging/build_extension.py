@@ -13,6 +13,10 @@ import sys
 import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "packaging" / "site"))
+
+import manual_page  # noqa: E402
+
 #: What Blender calls a platform, by how its wheels' platform tags end.
 PLATFORMS = {
     "_x86_64": {"linux": "linux-x64", "manylinux": "linux-x64", "macosx": "macos-x64"},
@@ -76,8 +80,8 @@ def build(path, wheels):
                 add(archive, file.relative_to(ROOT / "addon").as_posix(), file.read_bytes())
         for name in ("LICENSE", "NOTICE"):
             add(archive, name, (ROOT / name).read_bytes())
-        for page in sorted((ROOT / "docs/guide").glob("*.md")):
-            add(archive, f"manual/{page.stem}.txt", page.read_bytes())
+        for name, content in manual_page.files().items():
+            add(archive, f"manual/{name}", content)
         for wheel in sorted(wheels):
             add(archive, f"wheels/{wheel.name}", wheel.read_bytes())
 

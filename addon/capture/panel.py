@@ -65,7 +65,7 @@ def _draw_problems(layout, context):
         layout.label(text="No problems found", icon='CHECKMARK')
         return
     layout.template_list(
-        MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3
+        MEANVALUE_UL_marker_problems.__name__, "", settings, "problems", settings, "active_problem", rows=3, maxrows=3
     )
     problem = takes.active_problem(settings)
     if problem is not None:

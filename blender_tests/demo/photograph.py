@@ -58,7 +58,7 @@ def add_markers(subject, points, pose_name, everything):
     if len(points) != len(obj.data.vertices):
         return []
     diagonal = float(np.linalg.norm(everything.max(axis=0) - everything.min(axis=0)))
-    anchors = pose.anchor_indices(obj, [handle.name for handle in obj.meanvalue.handles])
+    anchors = pose.held(obj)
     objects = [markers.add_anchor_spheres(f"{MARKS[0]}{pose_name}", points[anchors], diagonal)]
     if obj.meanvalue.roi_group:
         roi = np.zeros(len(points), dtype=bool)

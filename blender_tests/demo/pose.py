@@ -124,6 +124,11 @@ def write_pose_key(obj, subject):
     obj.data.update_tag()
 
 
+def held(obj):
+    """Ascending indices of the vertices of all handles."""
+    return np.unique(np.concatenate([steps.held(obj, handle.name) for handle in obj.meanvalue.handles])).astype(int)
+
+
 def anchor_indices(obj, group_names):
     """Ascending indices of the vertices of weight above 0 in any of the vertex groups."""
     return np.unique(np.concatenate([group_indices(obj, name) for name in group_names]))
@@ -144,7 +149,7 @@ def figures(obj, posed, bind_seconds, solve_seconds):
     """PoseFigures from what it is bound as, and G of the result and of where the solver starts: the rest shape with
     the anchors where `posed` (n, 3) has them."""
     bound = steps.summary(obj)
-    rest, anchors = positions(obj), anchor_indices(obj, [handle.name for handle in obj.meanvalue.handles])
+    rest, anchors = positions(obj), held(obj)
     teleported = rest.copy()
     teleported[anchors] = posed[anchors]
     encoding = whole_encoding(obj, rest)

@@ -2,6 +2,7 @@
 """Links and pictures of the documentation lead somewhere, in the repository and in the site: files and headings."""
 
 import pathlib
+import posixpath
 import re
 import sys
 import unicodedata
@@ -110,3 +111,18 @@ def test_every_picture_has_what_makes_it():
 
     made = {f"{name}.jpg" for name in guide_pictures.PICTURES} | set(guide_pictures.DEMOS) | guide_pictures.OTHERS
     assert made == {path.name for path in (DOCS / "pictures").iterdir()}
+
+
+def test_the_manual_in_the_add_on_is_whole():
+    sys.path.insert(0, str(SITE.parent))
+    import manual_page
+
+    files = manual_page.files()
+    assert {f"guide/{page.stem}.html" for page in (DOCS / "guide").glob("*.md")} < set(files)
+    for name, content in files.items():
+        if name.endswith(".html"):
+            text = content.decode()
+            for target in re.findall(r'(?:href|src)="([^"#]*)(?:#[^"]*)?"', text):
+                assert not target or posixpath.normpath(posixpath.join(posixpath.dirname(name), target)) in files
+            words = re.sub(r"<style>.*?</style>|<(code|pre)>.*?</\1>", "", text, flags=re.DOTALL)
+            assert not re.search(r"\*|\]\(|`|^#|\|", words, re.MULTILINE), name

@@ -43,7 +43,7 @@ def test_the_zip_holds_addon_manifest_wheels_and_licences(builder, wheels, tmp_p
         names = archive.namelist()
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
     assert len(names) == len(set(names))
-    expected = {"__init__.py", "solver/native_loader.py", "scene/core/motion.py", "manual/grab.txt", "NOTICE"}
+    expected = {"__init__.py", "solver/native_loader.py", "scene/core/motion.py", "manual/guide/grab.html", "NOTICE"}
     assert expected <= set(names)
     assert not any("__pycache__" in name or name.startswith("lib/") for name in names)
     assert manifest["version"] == builder.version()

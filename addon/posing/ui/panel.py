@@ -198,7 +198,8 @@ def _draw_grab(layout, context, obj):
 def _draw_handles(layout, obj):
     settings = obj.meanvalue
     row = layout.row()
-    row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", rows=3)
+    lines = {"rows": 4, "maxrows": 4}  # always as many: the buttons below stay where they are
+    row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", **lines)
     buttons = row.column(align=True)
     buttons.operator("meanvalue.remove_handle", icon='REMOVE', text="")
     buttons.prop(settings, "show_overlay", text="", toggle=True, icon='OVERLAY')
