@@ -81,13 +81,6 @@ def curves_to_read(id_block):
     return ()
 
 
-def stored(group, name):
-    """What files have of a property of a group that is computed now, or None."""
-    get_stored = getattr(group, "bl_system_properties_get", None)  # 5.0 and later
-    properties = group if get_stored is None else get_stored()
-    return None if properties is None else properties.get(name)
-
-
 def file_handler():
     """The class of what takes files that are dropped on a window (4.1 and later), or None."""
     return getattr(bpy.types, "FileHandler", None)

@@ -3,10 +3,8 @@
 
 import bpy
 
-from .. import ids
 from ..live import roll
-from ..scene import bakeable, key_marks, new_rest
-from ..scene.key_marks import Role
+from ..scene import bakeable, new_rest
 from ..widgets import menus
 from . import panel
 from .bridge import baked_mixes, mixed_keys
@@ -43,7 +41,5 @@ HOOKS = (
 
 
 def another_file():
-    """In files of before shape keys had marks the key of a mix has its name alone."""
     for obj in bpy.data.objects:
-        if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None:
-            key_marks.adopt(obj.data.shape_keys, Role.MIX, [ids.MIX_KEY])
+        mixed_keys.carry_over(obj)

@@ -74,22 +74,19 @@ def carry_over(objects):
 def mark_keys(obj):
     """Marks the shape keys that had their names alone."""
     settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
-    is_old = settings.former_result or settings.corrective_key or settings.pose_like == ids.LIKE_RIG
-    if not is_old or keys is None or obj.library is not None or keys.library is not None:
+    if keys is None or obj.library is not None or keys.library is not None:
         return
     result = keys.key_blocks.get(settings.former_result)
-    if result not in {None, keys.reference_key} and not settings.result_mark:
-        name = settings.result_key
+    if result not in {None, keys.reference_key}:
         pose_key.adopt(settings, result)
-        settings.result_key = name
-    key_marks.adopt(keys, Role.CORRECTIVE, [settings.corrective_key])
-    if settings.pose_like == ids.LIKE_RIG:
-        poses = [key.name for key in keys.key_blocks if key.mute and re.match(rf"{ids.RIG_POSE_KEY} -?\d", key.name)]
-        key_marks.adopt(keys, Role.RIG_POSE, poses)
-    if settings.former_result:
-        kept = (key for key in keys.key_blocks if key.name.startswith(ids.KEPT_KEY) and key.slider_min == 0.0)
-        key_marks.adopt(keys, Role.KEPT, [key.name for key in kept])
-    settings.former_result = settings.corrective_key = ""
+    if settings.corrective_key in keys.key_blocks:
+        keys.key_blocks[settings.corrective_key].slider_min = key_marks.mark(Role.CORRECTIVE)
+    if settings.former_result or settings.corrective_key:
+        settings.former_result = settings.corrective_key = ""
+    if settings.pose_like == ids.LIKE_RIG and not key_marks.of_role(keys, Role.RIG_POSE):
+        for key in keys.key_blocks:
+            if key.mute and re.match(rf"{ids.RIG_POSE_KEY} -?\d", key.name):
+                key.slider_min = key_marks.mark(Role.RIG_POSE, key.name)
 
 
 def _carry_over(obj):

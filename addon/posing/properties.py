@@ -150,8 +150,7 @@ class Settings:
         update=tell,
     )
     result_name: aside(StringProperty)(default=ids.DEFAULT_RESULT_KEY, options={'HIDDEN'})  # when it was written last
-    result_mark: aside(IntProperty)(options={'HIDDEN'})  # of the shape key that is the result, see scene/key_marks.py
-    former_mark: aside(IntProperty)(options={'HIDDEN'})  # of the one before, to be turned off when the next is written
+    result_mark: aside(FloatProperty)(options={'HIDDEN'})  # of the shape key that is the result, see scene/key_marks.py
     made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
     show_overlay: aside(BoolProperty)(
         name="Overlay",

@@ -8,11 +8,7 @@ of several that have the same mark one is meant, and the others are the artist's
 
 import enum
 import math
-import secrets
 import zlib
-
-#: What a float32 holds exactly beside its exponent.
-_BITS = 23
 
 
 class Role(enum.IntEnum):
@@ -23,49 +19,25 @@ class Role(enum.IntEnum):
     KEPT = 4  # the artist's, never written
 
 
-def new_number():
-    return secrets.randbits(_BITS - 1) + 1
-
-
-def number_of(name):
-    """By which a key is known to be called as when it was marked."""
-    return zlib.crc32(name.encode()) >> (32 - _BITS)
-
-
-def put(key, role, number=None):
-    """Marks a shape key. Returns the number, that of its name if none is given."""
-    number = number_of(key.name) if number is None else number
-    key.slider_min = _mark(role, number)
-    return number
-
-
-def release(key):
-    """From here on it is the artist's."""
-    key.slider_min = 0.0
+def mark(role, name=""):
+    """As float32 has it exactly. name: keys of one role with other names have other marks."""
+    return -math.ldexp(1.0 + (zlib.crc32(name.encode()) >> 9) / 2**23, -100 - role)
 
 
 def role(key):
     """The Role of a shape key, or None."""
-    if not -1e-29 < key.slider_min < 0.0:
-        return None
-    found = -99 - math.frexp(-key.slider_min)[1]
-    return Role(found) if found in Role.__members__.values() else None
+    low = key.slider_min
+    return Role(-99 - math.frexp(low)[1]) if -(2.0**-99) < low <= -(2.0**-104) else None
 
 
-def number(key):
-    """Of the mark of a shape key that has a role."""
-    return int((2.0 * math.frexp(-key.slider_min)[0] - 1.0) * 2**_BITS)
-
-
-def find(keys, role, number, name=""):
+def find(keys, mark, name=""):
     """The key of a mesh's shape keys, or None, that has the mark; of several the one that is called `name`, or else the
     first: Blender puts what it duplicates or joins behind. Cheap enough for drawing."""
-    if keys is None:
+    if keys is None or not mark:
         return None
-    mark, named = _mark(role, number), keys.key_blocks.get(name)
-    if named is not None and named.slider_min == mark:
-        return named
-    return next((key for key in keys.key_blocks if key.slider_min == mark), None)
+    named = keys.key_blocks.get(name)
+    is_named = named is not None and named.slider_min == mark
+    return named if is_named else next((key for key in keys.key_blocks if key.slider_min == mark), None)
 
 
 def of_role(keys, wanted):
@@ -79,25 +51,12 @@ def of_role(keys, wanted):
 
 def only(keys, role):
     """The key of a role that a mesh has one of, or None."""
-    return next(iter(of_role(keys, role)), None)
+    return find(keys, mark(role))
 
 
 def claim(key):
     """Others with the mark of this one are duplicates, and the artist's."""
-    mark = key.slider_min
     if role(key) is not None:
         for other in key.id_data.key_blocks:
-            if other.slider_min == mark and other != key:
-                release(other)
-
-
-def adopt(keys, role, names):
-    """Marks those called so, of a file of before there were marks, where none has the role yet."""
-    if keys is not None and not of_role(keys, role):
-        for name in names:
-            if name in keys.key_blocks:
-                put(keys.key_blocks[name], role)
-
-
-def _mark(role, number):
-    return -math.ldexp(1.0 + number / 2**_BITS, -100 - role)
+            if other.slider_min == key.slider_min and other != key:
+                other.slider_min = 0.0

@@ -1,57 +1,69 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which shape key holds the pose: the result that Solve and Live write, `result_key` of an object's settings."""
 
-from .. import compat
+import secrets
+
+import bpy
+
 from . import key_marks
 from .key_marks import Role
 
 
 def result(obj):
     """The result key, or None if there is none. Cheap enough for drawing."""
-    settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
-    return key_marks.find(keys, Role.POSE, settings.result_mark, settings.result_name) if settings.result_mark else None
+    settings = obj.meanvalue
+    return key_marks.find(getattr(obj.data, "shape_keys", None), settings.result_mark, settings.result_name)
+
+
+def names(obj):
+    """Of the result key, in a list; empty if there is none."""
+    key = result(obj)
+    return [] if key is None else [key.name]
 
 
 def get_name(settings):
     """What `result_key` says: the name that the result has now; where there is none yet, the one that it will get."""
     key = result(settings.id_data)
-    if key is not None:
-        return key.name
-    former = None if settings.is_property_set("result_name") else compat.stored(settings, "result_key")
-    return former or settings.result_name
+    return settings.result_name if key is None else key.name
 
 
 def choose(settings, name):
-    """`result_key` was set: the key of that name is the result from here on, whoever made it."""
-    obj, key = settings.id_data, result(settings.id_data)
+    """`result_key` was set: the key of that name is the result from here on, whoever made it. The former one is off."""
+    obj, former = settings.id_data, result(settings.id_data)
     keys = getattr(obj.data, "shape_keys", None)
     chosen = keys.key_blocks.get(name) if keys is not None else None
     settings.result_name = name
-    if key is not None and key == chosen:
+    if former is not None and former == chosen:
         return
-    settings.former_mark, settings.result_mark = settings.result_mark or settings.former_mark, 0
+    if former is not None and not any(other.meanvalue.result_mark == settings.result_mark for other in sharing(obj)):
+        turn_off(former)
+        former.slider_min = 0.0
+    settings.result_mark = 0.0
     if chosen is not None and chosen != keys.reference_key:
         adopt(settings, chosen)
 
 
 def adopt(settings, key):
     """Has `key` be the result; another object with the mesh may have it already."""
-    is_one = key_marks.role(key) == Role.POSE
-    shared = key_marks.number(key) if is_one else 0
-    if not is_one or key_marks.find(key.id_data, Role.POSE, shared) != key:  # a duplicate is another one
-        shared = key_marks.put(key, Role.POSE, key_marks.new_number())
-    settings.result_mark = shared
+    is_duplicate = key_marks.find(key.id_data, key.slider_min) != key
+    if is_duplicate or key_marks.role(key) != Role.POSE:
+        key.slider_min = key_marks.mark(Role.POSE, secrets.token_hex())
+    settings.result_mark, settings.result_name = key.slider_min, key.name
 
 
-def pose_names(obj):
-    """Names of the key that has the pose, and of the one that had it as long as that is shown."""
-    settings = obj.meanvalue
-    former = key_marks.find(obj.data.shape_keys, Role.POSE, settings.former_mark) if settings.former_mark else None
-    return {key.name for key in (result(obj), former) if key is not None}
+def sharing(obj):
+    """The other objects with the same mesh."""
+    if obj.data.users == 1:
+        return []
+    return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
+
+
+def turn_off(key):
+    """So that nothing shows it, exporters that know nothing of muted keys either."""
+    key.mute, key.value = True, 0.0
 
 
 def was_called(obj, name):
     """The shape key that was called `name` when the result was written last, or None."""
-    if name == obj.meanvalue.result_name and result(obj) is not None:
-        return result(obj)
-    return obj.data.shape_keys.key_blocks.get(name) if obj.data.shape_keys is not None else None
+    key = result(obj) if name == obj.meanvalue.result_name else None
+    return key or (obj.data.shape_keys.key_blocks.get(name) if obj.data.shape_keys is not None else None)

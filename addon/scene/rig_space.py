@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import compat, wording
 from ..errors import SceneError
-from . import mesh_arrays, shape_keys
+from . import mesh_arrays, pose_key, shape_keys
 from .baked import names_in
 from .core.fixed_points import bounding_box_diagonal
 from .core.seen_space import SeenSpace
@@ -275,7 +275,7 @@ def _counts(obj, key):
 def _pose_keys(obj):
     """Names of the keys that are not beside the pose: what holds it, held it, or plays a bake."""
     settings = obj.meanvalue
-    names = shape_keys.pose_names(obj)
+    names = set(pose_key.names(obj))
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
     for stand_in in shape_keys.stand_ins:

@@ -6,11 +6,11 @@ import bpy
 
 from .. import compat, ids
 from ..errors import SceneError
-from . import key_marks, mesh_arrays
+from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
 from .core.finite import require_finite
 from .key_marks import Role
-from .pose_key import pose_names, result
+from .pose_key import result, sharing, turn_off
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -105,7 +105,7 @@ def ensure_result_key(obj):
     settings, key = obj.meanvalue, result(obj)
     if key is None:
         key = add_shape(obj, settings.result_key, rest_positions(obj.data))
-        settings.result_mark = key_marks.put(key, Role.POSE, key_marks.new_number())
+        pose_key.adopt(settings, key)
     key_marks.claim(key)
     settings.result_name = key.name
     keys = obj.data.shape_keys
@@ -114,25 +114,10 @@ def ensure_result_key(obj):
     if obj.meanvalue.baked.target:
         turn_off(key)  # else the mesh would be moved twice
         notes.append(why_result_is_hidden(obj))
-    former = key_marks.find(keys, Role.POSE, settings.former_mark) if settings.former_mark else None
-    theirs = {other.meanvalue.result_mark for other in sharing(obj)}
-    if former not in {None, key, keys.reference_key} and settings.former_mark not in theirs:
-        if not former.mute:
-            notes.append(f"Shape key '{former.name}' is muted, so that it is not added to '{key.name}'")
-        turn_off(former)
-        key_marks.release(former)
-    settings.former_mark = 0
     active = obj.active_shape_key
     if obj.show_only_shape_key and key != active:
         notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{key.name}'")
     return notes
-
-
-def sharing(obj):
-    """The other objects with the same mesh."""
-    if obj.data.users == 1:
-        return []
-    return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
 
 
 def made_names(obj):
@@ -140,7 +125,7 @@ def made_names(obj):
     keys = obj.data.shape_keys
     names = {key.name for role in (Role.MIX, Role.RIG_POSE, Role.CORRECTIVE) for key in key_marks.of_role(keys, role)}
     for each in (obj, *sharing(obj)):
-        names.update(pose_names(each), names_in(each.meanvalue.baked.keys))
+        names.update((*pose_key.names(each), *names_in(each.meanvalue.baked.keys)))
     return names
 
 
@@ -213,11 +198,6 @@ def show_fully(keys, key):
     key.slider_min = min(key.slider_min, 0.0)
     key.slider_max = max(key.slider_max, 1.0)
     key.value = 1.0
-
-
-def turn_off(key):
-    """So that nothing shows it, exporters that know nothing of muted keys either."""
-    key.mute, key.value = True, 0.0
 
 
 def add_shape(obj, name, shape):

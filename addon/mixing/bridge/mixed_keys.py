@@ -85,8 +85,16 @@ def values(obj):
 def make_key(obj):
     """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
     key = shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
-    key_marks.put(key, Role.MIX)
+    key.slider_min = key_marks.mark(Role.MIX)
     shape_keys.show_fully(obj.data.shape_keys, key)
+
+
+def carry_over(obj):
+    """In files of before shape keys had marks the key has its name alone."""
+    if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None and not mix_names(obj):
+        key = obj.data.shape_keys and obj.data.shape_keys.key_blocks.get(ids.MIX_KEY)
+        if key:
+            key.slider_min = key_marks.mark(Role.MIX)
 
 
 def why_hidden(obj):

@@ -8,7 +8,7 @@ from mathutils import Quaternion, Vector
 from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import declarations, mesh_arrays, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import declarations, mesh_arrays, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from . import control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
@@ -20,7 +20,7 @@ SAME_SIZE = 1e-6
 KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
 #: Settings that making a handle and its region changes.
-SETTINGS = ("active_handle", "live", "roi_group", "made_region", "result_name", "result_mark", "former_mark")
+SETTINGS = ("active_handle", "live", "roi_group", "made_region", "result_name", "result_mark")
 
 #: The end of a limb is where its region's weights are no higher.
 END_OF_LIMB = 0.25
@@ -177,7 +177,7 @@ class _Before:
             controls.remove_handle(obj, settings.handles.find(made_handle))
         if self._weights is not None:
             self._bring_weights_back(obj)
-        made = shape_keys.pose_names(obj)
+        made = pose_key.names(obj)
         for name, value in self._settings.items():
             setattr(settings, name, value)
         if self._result is not None:

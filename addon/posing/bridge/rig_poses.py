@@ -87,7 +87,7 @@ class RigPoses:
         for frame, shape in self._found:
             key = shape_keys.add_shape(obj, f"{ids.RIG_POSE_KEY} {sample_times.named(frame)}", shape)
             key.mute = True
-            key_marks.put(key, Role.RIG_POSE)
+            key.slider_min = key_marks.mark(Role.RIG_POSE, key.name)
             names.append(key.name)
         obj.meanvalue.pose_like = ids.LIKE_RIG
         return names

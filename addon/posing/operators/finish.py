@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import declarations, key_marks, new_rest, selection, shape_keys, subject
+from ...scene import declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...scene.key_marks import Role
 from ..bridge import bound_record, controls, region
@@ -79,9 +79,9 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         if keeps_key and same is None:
             key = shape_keys.result(obj)
             key.name = self._kept_name()
-            key_marks.put(key, Role.KEPT)
+            key.slider_min = key_marks.mark(Role.KEPT, key.name)
             return f"The pose is shape key '{key.name}'", []
-        shape_keys.remove(obj, shape_keys.pose_names(obj))
+        shape_keys.remove(obj, pose_key.names(obj))
         if same is not None and same != keys.reference_key:
             shape_keys.show_fully(keys, same)
             return f"The pose is shape key '{same.name}', which was kept before", []
@@ -152,6 +152,6 @@ def remove_what_was_made(obj):
     region.remove_made_group(obj)
     if settings.bound.is_bound:
         bound_record.release(settings.bound)
-    for name in ("result_name", "result_mark", "former_mark"):
+    for name in ("result_name", "result_mark"):
         settings.property_unset(name)
     return wording.counted(count, "handle or pin", "handles and pins")

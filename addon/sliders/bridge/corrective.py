@@ -60,7 +60,7 @@ class Corrective:
         key = key_marks.only(keys, Role.CORRECTIVE)
         if key is None:
             key = shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
-            key_marks.put(key, Role.CORRECTIVE)
+            key.slider_min = key_marks.mark(Role.CORRECTIVE)
         else:
             key_marks.claim(key)
             shape_keys.write_positions(obj.data, key, points)
