@@ -4,8 +4,9 @@
 import math
 
 import bpy
+import numpy as np
 import pytest
-from support import rigs, steps
+from support import handles, rigs, steps
 from support.handles import move
 
 
@@ -25,9 +26,23 @@ def value_at(obj, rig, degrees):
 
 def test_off_at_rest_and_on_at_the_pose():
     obj, rig = corrected()
+    posed = rigs.seen(obj)
     assert bpy.ops.meanvalue.drive_by_bone() == {'FINISHED'}
     for degrees, value in ((0.0, 0.0), (30.0, 0.5), (60.0, 1.0), (90.0, 1.0), (-60.0, 0.0)):
         assert value_at(obj, rig, degrees) == pytest.approx(value, abs=1e-4)
+        handles.update()
+        assert np.abs(handles.shown(obj) - handles.rest(obj)).max() < 1e-3  # the bone alone poses it
+    rigs.bend(rig, 60.0)
+    assert np.abs(rigs.seen(obj) - posed).max() < 1e-2
+
+
+def test_a_driver_that_is_there_stays():
+    obj, _rig = corrected()
+    driver = obj.data.shape_keys.key_blocks["Bent"].driver_add("value").driver
+    driver.expression = "0.25"
+    with steps.refused("'Bent' is driven already"):
+        bpy.ops.meanvalue.drive_by_bone()
+    assert obj.data.shape_keys.animation_data.drivers[0].driver.expression == "0.25"
 
 
 def test_bone_axis_and_angle_can_be_given():
@@ -35,6 +50,7 @@ def test_bone_axis_and_angle_can_be_given():
     call = bpy.ops.meanvalue.drive_by_bone
     assert call(bone="Lower", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
     assert value_at(obj, rig, 10.0) == pytest.approx(0.5, abs=1e-4)
+    obj.data.shape_keys.key_blocks["Bent"].driver_remove("value")
     with steps.refused("no bone 'Nowhere'"):
         call(bone="Nowhere")
 

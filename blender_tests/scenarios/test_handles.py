@@ -153,14 +153,36 @@ def test_keep_pose():
     obj, control = handles.tube()
     meshes.activate(obj)
     move(control, (2.0, 0.0, 0.0))
-    posed = shown(obj)
+    posed, place = shown(obj), np.array(control.matrix_world)
     assert bpy.ops.meanvalue.keep_pose(name="Lean") == {'FINISHED'}
+    key = obj.data.shape_keys.key_blocks["Lean"]
     assert np.array_equal(steps.key_positions(obj, "Lean"), posed)
-    assert obj.data.shape_keys.key_blocks["Lean"].value == 0.0
+    assert key.value == 1.0 and np.abs(meshes.seen(obj) - posed).max() < 1e-4  # nothing jumps
+    np.testing.assert_allclose(control.matrix_world, place, atol=1e-4)
+    for value in (0.5, 0.0, 1.0):
+        key.value = value
+        update()
+        wanted = rest(obj) + value * (posed - rest(obj))
+        assert np.abs(meshes.seen(obj) - wanted).max() < 1e-3  # nor counts twice
+    with steps.refused("Nothing is posed since"):
+        bpy.ops.meanvalue.keep_pose()
     move(control, (2.0, 0.0, 0.0))
+    assert np.abs((meshes.seen(obj) - posed)[handles.TOP] - (2.0, 0.0, 0.0)).max() < 1e-3
     assert np.array_equal(steps.key_positions(obj, "Lean"), posed)
-    assert bpy.ops.meanvalue.keep_pose(name="Lean") == {'FINISHED'}
-    assert "Lean.001" in obj.data.shape_keys.key_blocks
+    assert bpy.ops.meanvalue.keep_pose() == {'FINISHED'}
+    assert "Top Pose" in obj.data.shape_keys.key_blocks
+
+
+def test_a_pose_of_keyframes_is_not_handed_over(capfd):
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    move(control, (2.0, 0.0, 0.0))
+    control.keyframe_insert("location", frame=1)
+    posed = shown(obj)
+    assert bpy.ops.meanvalue.keep_pose() == {'FINISHED'}
+    assert "'Top' cannot be reset" in capfd.readouterr().out
+    assert obj.data.shape_keys.key_blocks["Top Pose"].value == 0.0
+    assert np.abs(meshes.seen(obj) - posed).max() < 1e-4
 
 
 def test_apply_as_rest():

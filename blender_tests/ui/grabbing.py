@@ -156,7 +156,7 @@ def finish(ui):
     obj = grab.ball()
     assert len(grab.handles()) == 0 and len(obj.vertex_groups) == 0 and len(bpy.data.objects) == 1
     assert np.abs(grab.seen() - pulled).max() < 5e-3
-    assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis", "Kept Pose"]
+    assert [key.name for key in obj.data.shape_keys.key_blocks] == ["Basis", "Pose"]
     yield from ui.screenshot("grab_8_finished")
     yield from ui.undo()
     assert len(grab.handles()) == 1 and grab.handles()[0].control is not None

@@ -94,14 +94,15 @@ def drag_a_handle(ui):
     yield from ui.wait_until(settled, "the mesh is back after Esc")
     assert np.abs(shown(tube()) - turned).max() < 5e-3
 
-    yield from ui.invoke("meanvalue.keep_pose", name="Lean")
-    assert "Lean" in tube().data.shape_keys.key_blocks
     yield from ui.invoke("meanvalue.reset_handles")
     yield from ui.wait_until(settled, "the handles are reset")
     assert is_at_rest(tube(), 1e-2)
     yield from ui.undo()
     yield from ui.wait_until(settled, "the reset is undone")
     assert np.abs(shown(tube()) - turned).max() < 5e-3
+    yield from ui.invoke("meanvalue.keep_pose", name="Lean")
+    yield from ui.wait_until(settled, "the pose is kept")
+    assert tube().data.shape_keys.key_blocks["Lean"].value == 1.0 and is_at_rest(tube(), 1e-2)
 
 
 def undo_of_adding_a_handle(ui):

@@ -229,6 +229,13 @@ def select(handle):
         handle.control.data.bones.active = bone.bone
 
 
+def is_moved_by_others(handle):
+    """Whether keyframes, drivers or constraints have a say in where the control is."""
+    animation = handle.control.animation_data
+    is_animated = animation and (animation.action or len(animation.drivers) or len(animation.nla_tracks))
+    return bool(is_animated or len(mover(handle).constraints))
+
+
 def mover(handle):
     """The object or pose bone that moves a handle which has no problem()."""
     return control_places.bone_of(handle) or handle.control

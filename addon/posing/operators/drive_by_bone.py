@@ -2,8 +2,9 @@
 """Has a bone drive a kept pose: off where the bone rests, fully on where it is now."""
 
 import bpy
+import numpy as np
 
-from ... import ids
+from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
@@ -46,7 +47,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             problem = "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
         if problem is None and rig_space.armature(obj) is None:
             problem = f"'{obj.name}' follows no armature, whose bones could drive the pose"
-        return problem
+        return problem or _driven_problem(obj)
 
     def invoke(self, context, _event):
         obj = subject.of(context)
@@ -69,7 +70,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give an angle")
         _drive(key, rig, self.bone, self.axis, self.angle)
         notes = []
-        if shape_keys.result_positions(obj) is not None:
+        shape = shape_keys.result_positions(obj)
+        if shape is not None and not np.array_equal(shape, shape_keys.rest_positions(obj.data)):
             notes.append("The handles pose the mesh too: press Reset, or Apply > Cancel, to see the driven pose alone")
         degrees = f"{self.angle * 57.29578:.0f}"
         return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", notes
@@ -95,8 +97,21 @@ def _angles(rig, bone):
     return [local.to_quaternion().to_swing_twist(axis)[1] for axis in AXES]
 
 
+def _driven_problem(obj):
+    """Why the kept pose takes no driver, in words, or None."""
+    animation, key = obj.data.shape_keys.animation_data, shape_keys.kept(obj)
+    curve = animation and animation.drivers.find(shape_keys.value_path(key.name))
+    if not curve:
+        return None
+    used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
+    by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
+    return (
+        f"Shape key '{key.name}' is driven already{f' by {by}' if by else ''}, and that driver would be lost. To have "
+        "a bone drive it, right-click its value and choose Delete Driver first"
+    )
+
+
 def _drive(key, rig, bone, axis, angle):
-    key.driver_remove("value")
     driver = key.driver_add("value").driver
     variable = driver.variables.new()
     variable.name, variable.type = "turn", 'TRANSFORMS'

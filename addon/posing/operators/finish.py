@@ -9,10 +9,10 @@ from ...live import engine
 from ...scene import declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...scene.key_marks import Role
-from ..bridge import bound_record, controls, region
+from ..bridge import bound_record, controls, pose_names, region
 from .pose import SettledOperator
 
-#: Of the mesh's size: poses nearer to each other are one, since each was settled to no more than that.
+#: Of the mesh's size: what is nearer to the rest shape is no pose, since it was settled to no more than that.
 SAME_POSE = 1e-4
 
 
@@ -33,7 +33,10 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         default='SHAPE_KEY',
     )
     name: bpy.props.StringProperty(
-        name="Name", description="Name of the shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
+        name="Name",
+        description="Name of the shape key. If empty: that of the part that is posed",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
     )
 
     @classmethod
@@ -65,26 +68,19 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         removed = remove_what_was_made(obj)
         return f"{kept}. {removed} removed", [*notes, *subject.sharing_notes(obj)]
 
-    def _kept_name(self):
-        return self.name.strip() or ids.KEPT_KEY
-
     def _keep(self, obj):
         """Returns (sentence, [notes])."""
-        settings, keys = obj.meanvalue, obj.data.shape_keys
-        is_posed = shape_keys.result_positions(obj) is not None
+        key, shape, rest = shape_keys.result(obj), shape_keys.result_positions(obj), shape_keys.rest_positions(obj.data)
+        is_posed = shape is not None
         notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
-        keeps_key = is_posed and self.keep == 'SHAPE_KEY'
-        same = _key_of_the_pose(obj) if keeps_key else None
-        settings.live = False
-        if keeps_key and same is None:
-            key = shape_keys.result(obj)
-            key.name = self._kept_name()
+        obj.meanvalue.live = False
+        near = SAME_POSE * fixed_points.bounding_box_diagonal(rest)
+        if is_posed and self.keep == 'SHAPE_KEY' and np.abs(shape - rest).max() > near:
+            is_renamed = key.name != obj.meanvalue.bl_rna.properties["result_name"].default
+            key.name = self.name.strip() or (key.name if is_renamed else pose_names.of(obj, shape - rest))
             key.slider_min = key_marks.mark(Role.KEPT, key.name)
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, pose_key.names(obj))
-        if same is not None and same != keys.reference_key:
-            shape_keys.show_fully(keys, same)
-            return f"The pose is shape key '{same.name}', which was kept before", []
         shape_keys.remove_lone_basis(obj)
         if is_posed and self.keep == 'REST':
             return "The pose is the rest shape now", notes
@@ -96,19 +92,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         layout.prop(self, "keep")
         if self.keep == 'SHAPE_KEY':
             layout.prop(self, "name")
-
-
-def _key_of_the_pose(obj):
-    """The key that has the pose already: the reference key where nothing is posed, or one that was kept; or None."""
-    keys, shape = obj.data.shape_keys, shape_keys.result_positions(obj)
-    near = SAME_POSE * fixed_points.bounding_box_diagonal(shape_keys.positions(keys.reference_key))
-    for key in keys.key_blocks:
-        is_plain = key.relative_key == keys.reference_key and not key.vertex_group
-        if key == shape_keys.result(obj) or not is_plain:
-            continue
-        if np.abs(shape_keys.positions(key) - shape).max(initial=0.0) <= near:
-            return key
-    return None
 
 
 def _posed_by_another(obj):

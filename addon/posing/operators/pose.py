@@ -2,14 +2,16 @@
 """What uses the pose that is shown: Keep Pose and Apply as Rest. Finish is in finish.py."""
 
 import bpy
+import numpy as np
 
-from ... import ids
+from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import declarations, new_rest, shape_keys, subject
+from ...scene import declarations, key_marks, new_rest, shape_keys, subject
+from ...scene.key_marks import Role
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import controls, scene_input
+from ..bridge import control_places, controls, pose_names, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -53,20 +55,39 @@ def _is_settled(obj):
 
 
 class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
-    """Store the pose as a new shape key, at value 0, and go on posing"""
+    """Hand the pose over to a new shape key, whose slider has it from here on. The handles pose on top of it"""
 
     bl_idname = "meanvalue.keep_pose"
     bl_label = "Keep Pose"
     problems = (_unposed_problem,)
 
     name: bpy.props.StringProperty(
-        name="Name", description="Name of the new shape key", default=ids.KEPT_KEY, maxlen=ids.NAME_LENGTH
+        name="Name",
+        description="Name of the new shape key. If empty: that of the part that is posed",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
     )
 
     def use(self, obj):
-        shape = shape_keys.pose_to_use(obj)
-        name = shape_keys.add_shape(obj, self.name.strip() or ids.KEPT_KEY, shape).name
+        shape, rest = shape_keys.pose_to_use(obj), shape_keys.rest_positions(obj.data)
+        if np.array_equal(shape, rest):
+            raise SceneError("Nothing is posed since the last pose was kept. Move a handle first")
+        key = shape_keys.add_shape(obj, self.name.strip() or pose_names.of(obj, shape - rest), shape)
+        key.slider_min = key_marks.mark(Role.KEPT, key.name)
+        name = key.name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
+        handles = targets.followed_handles(obj)
+        moved = [handle.name for handle in handles if controls.is_moved_by_others(handle)]
+        if moved:
+            note = f"{wording.quoted(moved)} cannot be reset, since keyframes, drivers or constraints move the control"
+            return f"The pose is kept as shape key '{name}', at value 0: the handles have it too", [note]
+        engine.look_again(obj)
+        with engine.held():
+            key.value = 1.0
+            shape_keys.write_result(obj, rest)
+            control_places.reset(obj, handles)
+        obj.update_tag()
+        bpy.context.view_layer.update()
         return f"The pose is kept as shape key '{name}'", []
 
 

@@ -5,7 +5,7 @@ import bpy
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import mirrors, object_model, shape_keys, subject
+from ...scene import key_marks, mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
@@ -43,6 +43,19 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
         else:
             shown = [self.bitflag_filter_item] * len(handles)
         return [0 if controls.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
+
+
+class MEANVALUE_UL_kept_poses(bpy.types.UIList):
+    """One line for each kept pose: name and slider"""
+
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property, _index):
+        row = layout.row(align=True)
+        row.prop(item, "name", text="", emboss=False)
+        row.prop(item, "value", text="", slider=True, emboss=False)
+
+    def filter_items(self, _context, data, collection):
+        kept = {key.name for key in key_marks.of_role(data, key_marks.Role.KEPT)}
+        return [self.bitflag_filter_item * (key.name in kept) for key in getattr(data, collection)], []
 
 
 class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
@@ -212,15 +225,11 @@ def _draw_handles(layout, obj):
 def _draw_pose(layout, obj):
     column = layout.column(align=True)
     column.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
-    key = shape_keys.kept(obj)
-    row = column.row(align=True)
-    if key is None:  # the place of the slider: nothing moves when there is one
-        row.enabled = False
-        row.label(text="No pose is kept yet")
-    else:
-        row.prop(key, "name", text="")
-        row.prop(key, "value", text="", slider=True)
-        row.operator("meanvalue.drive_by_bone", text="", icon='DRIVER')
+    keys = obj.data.shape_keys
+    if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
+        name = MEANVALUE_UL_kept_poses.__name__
+        column.template_list(name, "", keys, "key_blocks", obj, "active_shape_key_index", rows=2, maxrows=2)
+        column.operator("meanvalue.drive_by_bone", icon='DRIVER')
     layout.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
 
 
@@ -255,6 +264,7 @@ def _status(obj):
 
 CLASSES = (
     MEANVALUE_UL_handles,
+    MEANVALUE_UL_kept_poses,
     MEANVALUE_PT_panel,
     MEANVALUE_PT_selection,
     MEANVALUE_PT_active_handle,
