@@ -2,6 +2,7 @@
 """In-between keys against the mixes that they stand for, at random settings of the sliders."""
 
 import itertools
+import time
 
 import numpy as np
 import pytest
@@ -44,15 +45,15 @@ MIXES = {
 }
 
 
-def mix_of(sliders):
+def mix_of(sliders, rest=REST, triangles=TRIANGLES):
     named = {f"Slider {k}": each for k, each in enumerate(sliders)}
-    rest = REST.astype(np.float32)
+    rest = rest.astype(np.float32)
     return MixInput(
         sliders=tuple(Slider(name, low, high, "Basis", name) for name, (_, _, low, high) in named.items()),
         rest=rest,
         points={"Basis": rest, **{name: shape.astype(np.float32) for name, (shape, _, _, _) in named.items()}},
         masks={name: mask for name, (_, mask, _, _) in named.items() if mask is not None},
-        triangles=TRIANGLES,
+        triangles=triangles,
     )
 
 
@@ -74,7 +75,7 @@ def search(mix, correction, tolerance, most):
         yield
         return correction(values)
 
-    found = result_of(in_betweens.found(solve, ranges, tolerance, most, mix.overlap))
+    found = result_of(in_betweens.found(solve, ranges, tolerance, most, mix.common))
     knots = [polynomials.places(*each) for each in ranges]
 
     def total(values):
@@ -135,3 +136,21 @@ def test_a_group_of_all_vertices_alike_is_none():
     assert mix.parts.tolist() == [2]
     np.testing.assert_allclose(mix.weights([0.8, 0.0]), [0.6, 0.4, 0.0])
     assert mix.weights([0.8, 0.1]).shape == (3, len(REST))
+
+
+@pytest.mark.parametrize("count", [60, 240])
+def test_many_keys_are_baked_in_seconds(count):
+    """Bumps all over a sheet: each overlaps a fifth of the others."""
+    rng, side = np.random.default_rng(2), np.linspace(-1.0, 1.0, 20)
+    rest = np.stack([*np.meshgrid(side, side), np.zeros((20, 20))], axis=2).reshape(-1, 3)
+    lower = np.arange(400).reshape(20, 20)[:-1, :-1].ravel()[:, None]
+    triangles = np.concatenate([lower + (0, 1, 21), lower + (0, 21, 20)]).astype(np.int32)
+    middles = rng.uniform(-0.9, 0.9, (count, 2))
+    bumps = np.exp(-((rest[None, :, :2] - middles[:, None]) ** 2).sum(axis=2) / 0.02)
+    moves = bumps[:, :, None] * rng.normal(0.0, 0.05, (count, 1, 3))
+    mix = mix_of([(rest + move, None, 0, 1) for move in moves], rest, triangles)
+    correction, begun = corrections(mix), time.process_time()
+    found, _total = search(mix, correction, 0.002 * mix.diagonal, 60)
+    assert time.process_time() - begun < 30.0
+    straight = max(farthest(correction(in_betweens.setting([(0, 1)] * count, number))) for number in range(20))
+    assert 0 < len(found.shapes) <= 60 and found.error < straight

@@ -116,4 +116,4 @@ class InBetweenSearch(Mixing):
             self.solved += 1
             return mix.positions - mix_input.mixed(values)
 
-        return (yield from in_betweens.found(correction, ranges, self.tolerance, self._most, mix_input.overlap))
+        return (yield from in_betweens.found(correction, ranges, self.tolerance, self._most, mix_input.common))

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""As few shapes as it takes to stand for a mix of sliders, each with a polynomial of the sliders as its weight.
+"""Shapes that stand for a mix of sliders, each with a polynomial of the sliders as its weight.
 
-The mix is solved at settings that fill the box of the sliders. Polynomials are taken one after the other, that which
-explains most of what is left (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad 1993), from those next to
-what was taken. Their shapes are the least squares fit. Settings that had no say in it are what the fit is judged by.
+Each is what the mix lacks at the place of its polynomial beside all lower ones, so the mix is met at all these places
+(a sparse grid: Chkifa, Cohen, Schwab 2014). What lacks most comes first, until settings that have no say are met.
 """
 
-import bisect
+import heapq
 import itertools
 from dataclasses import dataclass
 
@@ -14,20 +13,21 @@ import numpy as np
 
 from . import polynomials
 
-#: Settings that are solved at first, and those that a fit is judged by. If it fails there, they have a say in the next.
-FIRST, HELD_OUT = 48, 32
+#: Settings that the shapes are judged by.
+JUDGING = 64
 
-#: A fit has so many settings for each shape at least, or it would swing between them.
-SETTINGS_PER_SHAPE = 3
-
-#: A fit is good where no setting is farther off than this share of the tolerance: between them it may be more.
-ROOM = 0.7
+#: Shapes are enough where no such setting is farther off than this share of the tolerance; then those are dropped
+#: without which none is farther off than the second: elsewhere it may be more.
+ENOUGH, ROOM = 0.4, 0.7
 
 #: Sliders that are at work in one shape.
 MOST_SLIDERS = 3
 
-#: What is left of a polynomial beside those that were taken must be more than this to be told from rounding.
-INDEPENDENT = 1e-6
+#: What lacks less than this share of the tolerance gets no shape, nor is anything next to it looked at.
+SMALL = 0.05
+
+#: So many times as many shapes as may be made are looked at with each further order.
+LOOKED_AT = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,132 +40,83 @@ class InBetween:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """shapes: tuple of InBetween; error: the largest distance of a vertex from the mix, at all settings solved."""
+    """shapes: tuple of InBetween; error: the largest distance of a vertex from the mix, at the settings judged by."""
 
     shapes: tuple
     error: float
 
 
-def found(solve, ranges, tolerance, most, may_join=lambda _first, _second: True):
+def found(solve, ranges, tolerance, most, common):
     """Steps to a Found. solve(values): steps to the correction, (n, 3), at slider settings (k,); at 0 it is 0.
 
-    ranges: [(low, high)] of the sliders; tolerance: a distance; most: shapes at most; may_join(a, b): whether sliders a
-    and b may change each other's effect: where all may, the search takes 30 times as long with 24 that do not.
+    ranges: [(low, high)] of the sliders; tolerance: a distance; most: shapes at most; common(sliders): how far all of
+    these sliders move one and the same vertex: where it is 0, they do not change each other's effect.
     """
     knots = [polynomials.places(*each) for each in ranges]
-    settings, corrections = [], []
+    settings = np.array([setting(ranges, number) for number in range(JUDGING)])
+    left = []  # what the mix lacks there
+    for values in settings:
+        left.append((yield from solve(values)))
+    left = np.array(left)
+    shapes, last = [], {(): np.inf}
 
-    def look(count):
-        for number in range(len(settings), count):
-            settings.append(_setting(ranges, knots, number))
-            corrections.append(np.ravel((yield from solve(settings[-1]))))
+    def lacking(orders):
+        values = np.zeros(len(knots))
+        for slider, number in orders:
+            values[slider] = knots[slider][number]
+        offset = yield from solve(values)
+        for each in shapes:
+            offset = offset - polynomials.weight(knots, each.orders, values[None])[0] * each.offset
+        return offset
 
-    count, enough = FIRST + len(ranges), SETTINGS_PER_SHAPE * most + 4 * HELD_OUT
-    while True:
-        yield from look(count)
-        fit = _Fit(knots, np.array(settings), np.array(corrections), may_join)
-        orders, offsets, error = fit.grown(ROOM * tolerance, min(most, count // SETTINGS_PER_SHAPE))
-        is_near = error <= ROOM * tolerance
-        if is_near:
-            yield from look(count + HELD_OUT)
-            weights = _weights(knots, orders, np.array(settings))
-            error = _height(np.array(corrections) - weights @ offsets)
-        if count >= enough or (is_near and error <= tolerance):
-            shapes = zip(orders, [offset.reshape(-1, 3) for offset in offsets], strict=True)
-            return Found(tuple(InBetween(*each) for each in shapes), error)
-        count = len(settings) if is_near else min(2 * count, enough)
+    def is_enough():
+        return len(shapes) == most or _height(left) <= ENOUGH * tolerance
 
-
-class _Fit:
-    """corrections: (s, 3 n) at settings (s, k), of which the first k move one slider each to its first place."""
-
-    def __init__(self, knots, settings, corrections, may_join):
-        self._knots = knots
-        self._settings = settings
-        self._corrections = corrections
-        self._may_join = may_join
-        self._seen = set()
-        self._candidates = {}  # orders: (s,) weights
-        for first in self._next_to(()):
-            self._look_beside(first)
-        self._look_beside(())
-
-    def grown(self, goal, most):
-        """(orders of at most so many polynomials, (m, 3 n) their shapes, error), with no more than the goal needs."""
-        taken, basis = self._by_what_they_explain(most)
-
-        def error(count):
-            left = self._corrections - basis[:count].T @ (basis[:count] @ self._corrections)
-            return _height(left)
-
-        count = bisect.bisect_left(range(len(taken)), True, key=lambda number: error(number) <= goal)
-        least = error(count)
-        if error(0) <= least:  # what is no smooth motion
-            count, least = 0, error(0)
-        shapes = np.linalg.pinv(_weights(self._knots, taken[:count], self._settings)) @ self._corrections
-        return taken[:count], shapes, least
-
-    def _by_what_they_explain(self, most):
-        """(orders of so many polynomials at most, (m, s) their weights made orthonormal), the best first."""
-        gram = self._corrections @ self._corrections.T
-        taken, basis = [], np.empty((0, len(gram)))
-        while len(taken) < most and self._candidates:
-            weights = np.array(list(self._candidates.values()))
-            beside = weights - (weights @ basis.T) @ basis
-            beside -= (beside @ basis.T) @ basis  # once more, for rounding
-            lengths = np.linalg.norm(beside, axis=1)
-            lengths[lengths <= INDEPENDENT * np.linalg.norm(weights, axis=1)] = np.inf
-            beside /= lengths[:, None]
-            explained = np.einsum("is,st,it->i", beside, gram, beside, optimize=True)
-            best = int(explained.argmax())
-            if explained[best] <= 0.0:
+    while last and not is_enough():
+        bounds, heights = _next_to(last, knots, common), {}
+        for orders in sorted(bounds, key=bounds.get, reverse=True)[: LOOKED_AT * most]:
+            heights[orders] = _height((yield from lacking(orders)))
+        for orders in sorted(heights, key=heights.get, reverse=True):
+            if is_enough() or heights[orders] <= SMALL * tolerance:
                 break
-            taken.append(list(self._candidates)[best])
-            basis = np.concatenate([basis, beside[best, None]])
-            del self._candidates[taken[-1]]
-            self._look_beside(taken[-1])
-        return taken, basis
+            shapes.append(InBetween(orders, (yield from lacking(orders))))  # solved anew: there may be many
+            left -= _weights(knots, orders, settings) * shapes[-1].offset
+        # A slider alone is right at its first place, which says nothing of the others.
+        last = bounds if () in last else {each: high for each, high in heights.items() if high > SMALL * tolerance}
+    for each in sorted(shapes, key=lambda each: _height(each.offset)):
+        without = left + _weights(knots, each.orders, settings) * each.offset
+        if _height(without) <= max(ROOM * tolerance, _height(left)):
+            left = without
+            shapes.remove(each)
+    return Found(tuple(shapes), _height(left))
 
-    def _look_beside(self, orders):
-        """Makes candidates of the polynomials next to `orders`."""
-        for new in self._next_to(orders):
-            if new in self._seen:
-                continue
-            self._seen.add(new)
-            (slider, number), *others = new
-            # Where a slider alone needs no correction at its first place, none is to be made there.
-            if others or number > 1 or self._corrections[slider].any():
-                self._candidates[new] = polynomials.weight(self._knots, new, self._settings)
 
-    def _next_to(self, orders):
-        orders = dict(orders)
-        for slider in range(len(self._knots)) if len(orders) < MOST_SLIDERS else orders:
-            number = orders.get(slider, 0) + 1
-            is_apart = number == 1 and not all(self._may_join(slider, other) for other in orders)
-            if is_apart or number == polynomials.MOST:
-                continue
-            new = tuple(sorted({**orders, slider: number}.items()))
-            if polynomials.fits(self._knots, new):
-                yield new
+def _next_to(last, knots, common):
+    """{orders one higher in one slider than some of `last`: what they lack at most}; last: {orders: what they lacked}."""
+    bounds = {}
+    for orders, height in last.items():
+        higher = dict(orders)
+        for slider in range(len(knots)) if len(higher) < MOST_SLIDERS else higher:
+            number = higher.get(slider, 0) + 1
+            new = tuple(sorted({**higher, slider: number}.items()))
+            bound = min(height, common([each for each, _ in new]))
+            if bound > 0.0 and number < polynomials.MOST and polynomials.fits(knots, new):
+                bounds[new] = max(bound, bounds.get(new, 0.0))
+    return bounds
 
 
 def _weights(knots, orders, settings):
-    """(s, m)."""
-    weights = [polynomials.weight(knots, each, settings) for each in orders]
-    return np.array(weights).reshape(len(orders), len(settings)).T
+    """(s, 1, 1)."""
+    return polynomials.weight(knots, orders, settings)[:, None, None]
 
 
-def _setting(ranges, knots, number):
-    """(k,): each slider alone at its first place, then points of a Kronecker sequence, which fill the box evenly.
+def setting(ranges, number):
+    """(k,): points of a Kronecker sequence, which fill the box evenly.
 
     They crowd towards its ends, as polynomials need it, and some lie on them, where sliders are most of the time.
     """
-    values = np.zeros(len(ranges))
-    if number < len(ranges):
-        values[number] = knots[number][1]
-        return values
     roots = np.sqrt(list(itertools.islice(_primes(), len(ranges))))
-    shares = (0.5 + (number - len(ranges) + 1) * roots) % 1.0
+    shares = (0.5 + (number + 1) * roots) % 1.0
     low, high = np.array(ranges, np.float64).T
     return low + np.clip(0.5 - 0.55 * np.cos(np.pi * shares), 0.0, 1.0) * (high - low)
 
@@ -176,7 +127,6 @@ def _primes():
             yield number
 
 
-def _height(rows):
-    """The longest of all vectors in rows (s, 3 n)."""
-    vectors = rows.reshape(-1, 3)
-    return float(np.sqrt(np.einsum("ij,ij->i", vectors, vectors).max(initial=0.0)))
+def _height(vectors):
+    """The longest of all vectors (..., 3)."""
+    return float(np.sqrt(np.einsum("...i,...i->...", vectors, vectors).max(initial=0.0)))

@@ -71,10 +71,11 @@ class MixInput(KeyShapes):
         full = np.ones(len(self.rest))
         return np.array([self.masks.get(slider.group, full) for slider in self.sliders])
 
-    def overlap(self, first, second):
-        """Whether two sliders move a vertex in common."""
-        return bool((self._moved[first] & self._moved[second]).any())
+    def common(self, sliders):
+        """How far all of some sliders (numbers) move one and the same vertex at least."""
+        return float(self._moves[list(sliders)].min(axis=0).max(initial=0.0))
 
     @cached_property
-    def _moved(self):
-        return np.array([(self.points[name] != self.rest).any(axis=1) for name in self.names])
+    def _moves(self):
+        """(k, n) float32: how far the sliders at 1 move the vertices."""
+        return np.array([np.linalg.norm(self.points[name] - self.rest, axis=1) for name in self.names])

@@ -24,7 +24,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
     bl_description = (
-        "Make as few in-between shape keys as the tolerance needs, driven by the sliders: they render, link and play "
+        "Make the in-between shape keys that the tolerance needs, driven by the sliders: they render, link and play "
         "without the add-on"
     )
     switch = "remove"
