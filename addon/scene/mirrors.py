@@ -52,24 +52,37 @@ def images(obj):
 
 def gather(obj, rest, corners, starts):
     """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
-    planes, joined = [], []
-    numbers = np.arange(len(rest), dtype=np.int32)
-    in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
-    for plane in _read(obj)[0]:
-        apart = np.abs(rest.astype(np.float64) @ plane.row[:3] - plane.row[3])
-        seam = apart <= max(plane.reach, in_plane)
-        if mirror_planes.is_a_border(seam, corners, starts):
-            planes.append(plane.row)
-            joined.append(np.where(seam, numbers, np.int32(-1)))
+    planes, joined = _seams(obj, rest, corners, starts)
     symmetric = _symmetry(obj, planes)
     if symmetric is not None:
         partners = _twins(obj, rest, corners, starts, symmetric)
         for index, seam in enumerate(joined):
             is_seam = (seam >= 0) | (seam[partners] >= 0)
-            joined[index] = np.where(is_seam, numbers, np.int32(-1))
+            joined[index] = np.where(is_seam, np.arange(len(rest), dtype=np.int32), np.int32(-1))
         planes.append(symmetric)
         joined.append(partners)
     return (np.array(planes), np.array(joined)) if planes else (None, None)
+
+
+def doubling(obj, rest, corners, starts, shapes=()):
+    """As gather(), of Mirror modifiers alone: Symmetric is for poses. shapes: n x 3 each; a vertex that leaves the
+    plane in one of them is in no seam."""
+    planes, joined = _seams(obj, rest, corners, starts, shapes)
+    return (np.array(planes), np.array(joined)) if planes else (None, None)
+
+
+def _seams(obj, rest, corners, starts, shapes=()):
+    """([row of each plane of Mirror modifiers], [n int32: itself for vertices in the plane in all shapes, else -1])."""
+    planes, joined = [], []
+    in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
+    for plane in _read(obj)[0]:
+        far = max(plane.reach, in_plane)
+        apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
+        seam = np.logical_and.reduce([each <= far for each in apart])
+        if mirror_planes.is_a_border(seam, corners, starts):
+            planes.append(plane.row)
+            joined.append(np.where(seam, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
+    return planes, joined
 
 
 def on_both_sides(obj, freedom, twins_of_planes):

@@ -2,6 +2,7 @@
 """The object that the artist works on, and why it cannot be worked on."""
 
 import bpy
+import numpy as np
 
 from .. import wording
 from ..errors import SceneError
@@ -80,3 +81,11 @@ def other_mesh(context, obj, chosen=None):
     if chosen.type != 'MESH' or chosen == obj:
         raise SceneError(f"'{chosen.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
     return chosen
+
+
+def to_world(obj):
+    """4 x 4 float64. @throws SceneError if it cannot be undone."""
+    matrix = np.array(obj.matrix_world, np.float64)
+    if not np.linalg.cond(matrix[:3, :3]) < 1e9:
+        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
+    return matrix

@@ -143,8 +143,8 @@ def test_many_keys_are_baked_in_seconds(count):
     """Bumps all over a sheet: each overlaps a fifth of the others."""
     rng, side = np.random.default_rng(2), np.linspace(-1.0, 1.0, 20)
     rest = np.stack([*np.meshgrid(side, side), np.zeros((20, 20))], axis=2).reshape(-1, 3)
-    lower = np.arange(400).reshape(20, 20)[:-1, :-1].ravel()[:, None]
-    triangles = np.concatenate([lower + (0, 1, 21), lower + (0, 21, 20)]).astype(np.int32)
+    lower = np.arange(400).reshape(20, 20)[:-1, :-1].reshape(-1, 1)
+    triangles = np.concatenate([lower + np.array(each) for each in ((0, 1, 21), (0, 21, 20))]).astype(np.int32)
     middles = rng.uniform(-0.9, 0.9, (count, 2))
     bumps = np.exp(-((rest[None, :, :2] - middles[:, None]) ** 2).sum(axis=2) / 0.02)
     moves = bumps[:, :, None] * rng.normal(0.0, 0.05, (count, 1, 3))

@@ -241,3 +241,42 @@ def test_baked_to_a_point_cache(tmp_path):
     # Baked again, above the modifier that plays: still the mirrored mesh.
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}
     assert np.array_equal(rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2")), shapes)
+
+
+def own_shape(obj):
+    """n x 3: the mesh's own vertices, of what is to be seen with the modifier."""
+    bpy.context.view_layer.update()
+    return meshes.seen(obj)[: len(obj.data.vertices)].astype(float)
+
+
+def test_a_mix_keeps_the_seam_closed():
+    obj, _control = halves.half(live=False)
+    plain, shape = len(meshes.seen(obj)), own_shape(obj) * (1.0, 0.6, 1.0)
+    shape[:, 0] *= 1.0 + 0.2 * shape[:, 2]
+    seam = shape[:, 0] == 0.0
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Wider", from_mix=False)
+    key.data.foreach_set("co", shape.astype(np.float32).ravel())
+    obj.meanvalue.mix.is_on = True
+    for value in (0.25, 0.5, 0.75, 1.0):
+        key.value = value
+        assert np.abs(own_shape(obj)[seam, 0]).max() < CLOSED and len(meshes.seen(obj)) == plain, value
+    np.testing.assert_allclose(own_shape(obj), shape, atol=1e-5)
+
+
+@pytest.mark.parametrize("picked", [0, 5])
+def test_a_wrapped_half_keeps_the_seam_closed(picked):
+    """Pairs of one side count for both."""
+    stretch = np.array((1.2, 0.8, 1.1))
+    other, _control = halves.whole(live=False, name="Other")
+    other.data.vertices.foreach_set("co", (own_shape(other) * stretch).astype(np.float32).ravel())
+    other.data.update()
+    obj, _control = halves.half(live=False)
+    obj.meanvalue.wrap.target = other
+    right = own_shape(obj)
+    for vertex in np.append(right.argmax(axis=0), right[:, 1:].argmin(axis=0))[:picked]:
+        bpy.ops.meanvalue.pick_wrap_pairs(vertex=int(vertex), place=tuple(right[vertex] * stretch))
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    wrapped = own_shape(obj)
+    assert np.abs(wrapped[right[:, 0] == 0.0, 0]).max() < CLOSED
+    assert np.abs(wrapped - right * stretch).mean() < 0.015 * np.linalg.norm(np.ptp(right, axis=0))

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape of another object, whole or in part, as a slider."""
 
+import math
+
 import bpy
 import numpy as np
+import pytest
 from support import bent_limb, meshes, steps
 from support.mixed_limbs import bending, limb, linear_miss, miss, rest, shown
 from support.snapshot import assert_same, snapshot
@@ -63,3 +66,37 @@ def test_the_shape_is_that_of_the_other_selected_mesh():
         bpy.ops.meanvalue.morph(part="Nowhere")
     assert bpy.ops.meanvalue.morph() == {'FINISHED'}
     assert other.name in obj.data.shape_keys.key_blocks
+
+
+def scaled(points):
+    return 100.0 * points
+
+
+def lower(points):
+    return points - (0.0, 0.0, 1.0)
+
+
+def upright(points):
+    return points[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+
+
+@pytest.mark.parametrize(
+    "change, place",
+    [
+        (scaled, {"scale": (0.01, 0.01, 0.01)}),
+        (lower, {"location": (0.0, 0.0, 1.0)}),
+        (upright, {"rotation_euler": (math.pi / 2.0, 0.0, 0.0)}),
+        (scaled, {"scale": (0.01, 0.01, 0.01), "location": (0.0, 9.0, 0.0)}),
+    ],
+)
+def test_the_other_counts_as_it_is_to_be_seen(change, place, capfd):
+    """With its scale, its turn, and where it stands. One that stands beside does not carry the mesh off."""
+    shape, faces = bent_limb.bent(rest(), 20.0), bent_limb.limb()[1]
+    other = meshes.make_object(change(shape).tolist(), faces, "Other")
+    for name, value in place.items():
+        setattr(other, name, value)
+    obj = limb("Straight")
+    bpy.context.view_layer.update()
+    assert bpy.ops.meanvalue.morph(source="Other") == {'FINISHED'}
+    np.testing.assert_allclose(shown(obj), shape, atol=1e-5)
+    assert ("stands elsewhere" in capfd.readouterr().out) == (len(place) == 2)

@@ -3,7 +3,7 @@
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import key_marks, mesh_arrays, seams
+from ...scene import key_marks, mesh_arrays, mirrors, seams
 from ...scene.core import welding
 from ...scene.core.key_shapes import Slider
 from ...scene.key_marks import Role
@@ -28,7 +28,7 @@ class MixReading(KeyReading):
     @staticmethod
     def signature(obj):
         keys = tuple((key.name, key.slider_min, key.slider_max, key.vertex_group) for key in mixed_keys.mixed(obj))
-        return len(obj.data.vertices), keys, seams.signature(obj)
+        return len(obj.data.vertices), keys, seams.signature(obj), mirrors.signature(obj)
 
     @staticmethod
     def written_key(obj):
@@ -42,7 +42,9 @@ class MixReading(KeyReading):
             _require_extent(name, shape)
         welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
         copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
-        return MixInput(**parts, triangles=mesh_arrays.triangles(obj.data, rest), copies=copies)
+        planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
+        triangles = mesh_arrays.triangles(obj.data, rest)
+        return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
 
 
 gather = MixReading.gather

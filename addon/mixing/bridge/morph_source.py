@@ -4,7 +4,8 @@
 import numpy as np
 
 from ...errors import SceneError
-from ...scene import mesh_arrays, shape_keys, vertex_groups
+from ...scene import mesh_arrays, shape_keys, subject, vertex_groups
+from ...scene.core import motion
 from ...scene.core.finite import require_finite
 from ..core import grafting
 
@@ -39,6 +40,22 @@ def shown_shape(source):
         shape = _mixed(source, shape)
     require_finite(shape, f"shape of '{source.name}'")
     return shape.astype(np.float32)
+
+
+def in_place(shape, obj, source):
+    """(n x 3 `shape` of `source` in the space of `obj`, whether its origin was laid on that of `obj`).
+
+    It is turned and scaled as it is to be seen. It counts where it stands, or as if it stood at the same origin, as one
+    who stands beside does: whichever is nearer to the rest shape. @throws SceneError.
+    """
+    own, other = subject.to_world(obj), subject.to_world(source)
+    if motion.same(own, other):
+        return shape, False
+    matrix = np.linalg.inv(own) @ other
+    rest = shape_keys.rest_positions(obj.data)
+    stands, laid = motion.apply(matrix, shape), motion.apply(motion.affine(matrix[:3, :3]), shape)
+    is_laid = bool(np.linalg.norm(laid - rest) < np.linalg.norm(stands - rest))
+    return laid if is_laid else stands, is_laid
 
 
 def add_key(obj, shape, name, value, group=""):

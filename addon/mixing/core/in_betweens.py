@@ -5,7 +5,6 @@ Each is what the mix lacks at the place of its polynomial beside all lower ones,
 (a sparse grid: Chkifa, Cohen, Schwab 2014). What lacks most comes first, until settings that have no say are met.
 """
 
-import heapq
 import itertools
 from dataclasses import dataclass
 
@@ -92,7 +91,7 @@ def found(solve, ranges, tolerance, most, common):
 
 
 def _next_to(last, knots, common):
-    """{orders one higher in one slider than some of `last`: what they lack at most}; last: {orders: what they lacked}."""
+    """{orders one higher in one slider than some of `last`: what they lack at most}; last: {orders: what those do}."""
     bounds = {}
     for orders, height in last.items():
         higher = dict(orders)

@@ -15,22 +15,25 @@ from ...solver.core.fingerprint import digest
 class MixInput(KeyShapes):
     """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32.
 
-    copies: n int as of scene/seams.py, of those that stay together in all shapes; None for none.
+    copies: n int as of scene/seams.py, of those that stay together in all shapes; planes, twins: as of
+    mirrors.doubling(); None for none.
     """
 
     triangles: np.ndarray = None
     copies: np.ndarray = None
+    planes: np.ndarray = None
+    twins: np.ndarray = None
 
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
-        joined = [] if self.copies is None else [self.copies]
+        joined = [each for each in (self.copies, self.planes, self.twins) if each is not None]
         return digest(self.rest, *(self.points[name] for name in self.names), self.triangles, *joined)
 
     @cached_property
     def whole(self):
         """What of the mesh goes to the solver."""
-        return whole_mesh.of(self.rest, self.copies)
+        return whole_mesh.of(self.rest, self.copies, self.planes, self.twins)
 
     @cached_property
     def revision(self):

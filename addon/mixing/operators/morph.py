@@ -51,9 +51,11 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
         morph_source.require_alike(obj, source)
         if self.part:
             vertex_groups.require(obj, self.part, "the part", "Choose another group")
-        shape = morph_source.shown_shape(source)
+        shape, is_laid = morph_source.in_place(morph_source.shown_shape(source), obj, source)
         name = morph_source.add_key(obj, shape, self.name.strip() or source.name, self.value, self.part)
         notes = []
+        if is_laid and not self.part:
+            notes.append(f"'{source.name}' stands elsewhere: its origin counts as that of '{obj.name}'")
         if mixed_keys.in_between_names(obj):
             notes.append(f"'{name}' goes in a straight line until you press Bake Mix again")
         else:

@@ -37,6 +37,10 @@ class PlainMesh:
     def _as_it_is(self, values):
         return values
 
+    @staticmethod
+    def pairs(vertices, points):
+        return vertices, points
+
     triangles = values = start = cut_back = cut_back_rows = _as_it_is
 
 
@@ -107,6 +111,16 @@ class WholeMesh:
     def values(self, values):
         """... x n of the mesh to ... x N: each has that of the lowest numbered vertex that it is an image of."""
         return np.ascontiguousarray(values[..., self._firsts[self._source]])
+
+    def pairs(self, vertices, points):
+        """(vertices of the whole, points) of pairs of k vertices of the mesh and k x 3 points: with those of images
+        where these are other vertices."""
+        found, places = self.places[vertices], [points]
+        for turn, shift, images in zip(self._turns[1:], self._shifts[1:], self._images[1:], strict=True):
+            is_new = ~np.isin(images[vertices], found)
+            found = np.append(found, images[vertices][is_new])
+            places.append(turned(points[is_new], turn) + shift)
+        return found, np.concatenate(places)
 
     def start(self, positions):
         """n x 3 positions of the mesh to N x 3 float64; None for None."""

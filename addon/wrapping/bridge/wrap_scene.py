@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, seams, shape_keys, subject
+from ...scene import mesh_arrays, mirrors, seams, shape_keys, subject
 from ...scene.core import motion, welding, whole_mesh
 from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
@@ -64,20 +64,23 @@ def gather(obj, target):
     """(WrapInput in the world, not checked, what of the mesh that is fitted, see scene/core/whole_mesh.py): the rest
     shape of `obj`, `target` as it is shown. @throws SceneError."""
     _require_ready(obj, target)
-    to_world = _to_world(obj)
+    to_world = subject.to_world(obj)
     rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.of(rest, seams.copies(obj, rest, faces))
-    picked = np.array([pair.vertex for pair in pairs], np.int32)
+    whole = whole_mesh.of(rest, seams.copies(obj, rest, faces), *mirrors.doubling(obj, rest, *faces))
+    picked, points = np.array([pair.vertex for pair in pairs], np.int32), np.array([pair.place for pair in pairs])
+    if picked.max(initial=0) < len(rest):  # check() tells of others
+        to_own = np.linalg.inv(to_world) @ subject.to_world(target)
+        picked, points = whole.pairs(picked, motion.apply(to_own, points.reshape(-1, 3)))
     given = WrapInput(
         vertices=motion.apply(to_world, whole.rest),
         triangles=_outwards(whole.triangles(mesh_arrays.triangles(obj.data, rest)), to_world),
-        target=motion.apply(_to_world(target), shape),
-        target_triangles=_outwards(triangles, _to_world(target)),
-        picked=whole.places[picked] if picked.max(initial=0) < len(rest) else picked,  # check() tells of these
-        points=motion.apply(_to_world(target), np.array([pair.place for pair in pairs], np.float64).reshape(-1, 3)),
+        target=motion.apply(subject.to_world(target), shape),
+        target_triangles=_outwards(triangles, subject.to_world(target)),
+        picked=picked,
+        points=motion.apply(to_world, points.reshape(-1, 3)),
     )
     return given, whole
 
@@ -88,7 +91,7 @@ def write(obj, target, wrapped, whole, tolerance):
     The key of the last wrap is written again. Returns (its name, how many vertices are in the group).
     """
     settings = obj.meanvalue.wrap
-    shape = motion.apply(np.linalg.inv(_to_world(obj)), wrapped.positions)
+    shape = motion.apply(np.linalg.inv(subject.to_world(obj)), wrapped.positions)
     shape = np.asarray(whole.cut_back(shape), np.float32)
     keys = obj.data.shape_keys
     key = keys.key_blocks.get(settings.made) if keys is not None and settings.made else None
@@ -121,13 +124,6 @@ def _shown(target):
         return mesh_arrays.vertex_positions(mesh), mesh_arrays.shown_triangles(mesh)
     finally:
         evaluated.to_mesh_clear()
-
-
-def _to_world(obj):
-    matrix = np.array(obj.matrix_world, np.float64)
-    if not np.linalg.cond(matrix[:3, :3]) < 1e9:
-        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    return matrix
 
 
 def _outwards(triangles, to_world):
