@@ -9,7 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from .live import engine
-from .scene import object_model, shared_readings
+from .scene import object_model
 from .solver import session
 
 _rooms = ()
@@ -31,8 +31,7 @@ def meanvalue_scene_updated(_scene, depsgraph):
         _begin()
     _have_heard("scene_updated", depsgraph)
     _note_active_object(depsgraph)
-    if engine.scene_updated(depsgraph):
-        shared_readings.look_again_when_quiet()
+    engine.scene_updated(depsgraph)
 
 
 @persistent
@@ -52,7 +51,6 @@ def meanvalue_leave_file(*_):
 def meanvalue_look_again(*_):
     global _is_unknown
     _is_unknown = False
-    shared_readings.stop()
     object_model.clear()
     _have_heard("forget")
     engine.look_for_live_objects()
@@ -127,5 +125,4 @@ def unregister():
     for list_name, handler in _HANDLERS:
         handlers = getattr(bpy.app.handlers, list_name)
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
-    shared_readings.stop()
     engine.shut_down()

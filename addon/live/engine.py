@@ -23,13 +23,22 @@ _is_missed = False  # an update came meanwhile
 
 
 def scene_updated(depsgraph):
-    """Blender evaluated the scene. Returns whether an object was edited that panel or overlay show."""
+    """Blender evaluated the scene."""
     if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
-        return False
+        return
     _notice_end_of_rendering()
-    is_to_be_drawn = _take_note(depsgraph)
+    if _take_note(depsgraph) and not bpy.app.background and not bpy.app.timers.is_registered(_draw_what_is_quiet):
+        bpy.app.timers.register(_draw_what_is_quiet, first_interval=object_model.QUIET_SECONDS)
     follow_all()
-    return is_to_be_drawn
+
+
+def _draw_what_is_quiet():
+    """Timer: draws what is shown of edited objects once no edit came for a moment. Blender would not by itself."""
+    remaining = object_model.quiet_in()
+    if remaining > 0.0:
+        return remaining
+    views.draw_again()
+    return None
 
 
 def frame_changed(depsgraph):
@@ -51,7 +60,7 @@ def _look_at_rendered(depsgraph):
 def _take_note(depsgraph):
     """Tells the models of the objects what Blender evaluated, and finds objects that were turned live.
 
-    Returns as scene_updated().
+    Returns whether an object was edited that panel or overlay show.
     """
     is_to_be_drawn = False
     for obj, change, is_rigged in updates.of(depsgraph):
@@ -181,8 +190,9 @@ def forget():
 def shut_down():
     forget()
     render_ended()
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
+    for timer in (_tick, _draw_what_is_quiet):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
 
 
 # What others ask

@@ -24,7 +24,7 @@ QUICK_SECONDS = 0.01
 #: How often a running solve is looked at: it is noticed a tenth of a frame late. And what takes longer.
 TICK_SECONDS, SLOW_TICK_SECONDS = 0.003, 0.02
 
-#: How long the scene is read at a time.
+#: How long keys are compared at a time.
 SLICE_SECONDS = 0.01
 
 #: How long all has to be quiet before the answer is settled, and keys are compared with what was written.
@@ -201,8 +201,7 @@ class Following:
         moment; starts: begin new jobs."""
         try:
             self._require_ready(obj)
-            if not self._read(obj, is_quiet, is_quiet or (makes_keys and self._job is None and self._is_quiet(obj))):
-                return
+            self._read(obj, is_quiet, is_quiet or (makes_keys and self._job is None and self._is_quiet(obj)))
             if not (makes_keys and self._job is not None):  # of what has moved since it began a handler has heard
                 self._look(obj)
             self._collect(obj, makes_keys)
@@ -212,25 +211,24 @@ class Following:
             self.give_up(str(error))
 
     def _read(self, obj, is_quiet, compares):
-        """Reads for a moment. Returns whether all is read. @throws MeanValueError.
+        """@throws MeanValueError.
 
         compares: keys with what was written, which takes too long for a step of a drag.
         """
-        model, seconds = self._model(obj), math.inf if is_quiet else SLICE_SECONDS
+        model = self._model(obj)
         was_read = model.is_read(obj) if is_quiet else self._is_read(obj)
-        if not was_read and not model.read_on(obj, seconds):
-            return self.READS_AT_REST and self._input is not None and model.is_usable(obj)
+        if not was_read:
+            model.read(obj)
         if model.is_unchecked and (compares or not was_read):
-            model.compare_on(obj, seconds)
+            model.compare_on(obj, math.inf if is_quiet else SLICE_SECONDS)
             if is_quiet:
-                model.read_on(obj)
+                model.read(obj)
         found = model.result(obj)
         if self._input is None or found.revision != self._input.revision:
             self.stop()
             self._begin_anew()
             self._binding = self._cached_binding(found)
         self._input = found
-        return True
 
     def _look(self, obj):
         """Takes what is wanted now. @throws MeanValueError."""

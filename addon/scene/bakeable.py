@@ -4,8 +4,7 @@
 A kind is a module, or an object, with these functions:
 
 is_meant(obj)   whether it is this that shapes `obj`, or whose bake plays in its place: cheap
-bind(obj, reading)
-                in place of a Posing: bind_input (with rest, diagonal and revision, a digest of it), binding,
+bind(obj)       in place of a Posing: bind_input (with rest, diagonal and revision, a digest of it), binding,
                 record(), work(), require_unchanged(). @throws SceneError
 row(obj, bind_input)
                 (k,) float64: what the shape at the frame that is current depends on. @throws SceneError

@@ -2,12 +2,11 @@
 """What was read of objects, in one place, and whether it is still true.
 
 Panel, overlay, followers and operators ask the ObjectModel of an object and a kind of reading. Rooms bring the kinds,
-classes whose instances read bit by bit and hold nothing of Blender's:
+classes whose instances hold what was read, and nothing of Blender's:
 
     signature(obj)         static: all that is quick to compare of what is read. Blender does not tell of all of it
-    Kind(obj)              begins to read. @throws MeanValueError
-    fits(obj)              whether what was read so far is of this object, as far as that is quick to tell
-    go_on(obj, seconds)    reads for about so long; whether all is read. @throws MeanValueError
+    Kind(obj)              reads. @throws MeanValueError
+    fits(obj)              whether what was read is of this object, as far as that is quick to tell
     result(obj)            what all of it comes to; its `revision` is another one for other content. @throws likewise
     shapes(result)         static: [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
     written_key(obj)       static: the shape key that the add-on writes, or None if there is none yet
@@ -34,9 +33,6 @@ from . import shape_keys
 
 #: How long an object has to be left alone before what only shows it reads it again.
 QUIET_SECONDS = 0.3
-
-#: After so many edits that came before all was read it is read in one go: an animated mesh is edited with every frame.
-MOST_RESTARTS = 4
 
 #: Objects whose arrays are kept.
 MOST = 4
@@ -71,18 +67,16 @@ class ObjectModel:
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
-    is_awaited    of these one waits until it is read
     """
 
     def __init__(self, obj, kind):
-        self.name = obj.name
         self.kind = kind
         self.rig_revision, self.rig_moved_at = next(_numbers), -math.inf
         self.written = None
-        self.is_unchecked = self.is_watched = self.is_awaited = False
+        self.is_unchecked = self.is_watched = False
         self.content = next(_numbers)
         self.told_at = -math.inf
-        self._restarts = self._compared = 0
+        self._compared = 0
         self._reading = self._stamp = self._kept = self._error = None
         self._result = _nothing
 
@@ -109,9 +103,7 @@ class ObjectModel:
 
     def edited(self):
         """The object is another one now."""
-        if self._reading is not None:
-            self._restarts += self._stamp is None or self._stamp.content != self.content
-            self._reading = None
+        self._reading = None
         self.content = next(_numbers)
         self._is_to_be_compared()
 
@@ -133,7 +125,7 @@ class ObjectModel:
 
     @property
     def reading(self):
-        """The reading since the last edit, finished or not, or None. For what only looks: see read_on()."""
+        """The reading since the last edit, or None."""
         return self._reading
 
     def is_read(self, obj):
@@ -144,45 +136,44 @@ class ObjectModel:
         """Whether result() is of an object that is quick to take for this one, which may have been edited since."""
         return self.is_known and self._stamp is not None and self._stamp.signature == self.kind.signature(obj)
 
-    def read_anew(self):
-        self._stamp = None
-
     @property
     def is_known(self):
         """Whether there is a result() of what was read last."""
         return self._error is not None or self._result() is not None
 
-    def read_on(self, obj, seconds=math.inf):
-        """Reads for about so long what is not read yet; in one go where edits come faster than that.
+    def look(self, obj):
+        """For what only shows it: the reading, compared with what shape keys hold; None if it cannot be read."""
+        if self._reading is None:  # it was dropped, or left to a follower
+            self._stamp = None
+        self.read(obj)
+        while self.is_unchecked:
+            self.compare_on(obj)
+            self.read(obj)
+        return self._reading
 
-        Returns whether all is read.
-        """
+    def read(self, obj):
+        """Reads what is not read yet."""
         _keep_arrays_of(self, obj)
-        self.name = obj.name
         if self.is_read(obj):
-            return True
+            return
         stamp, found, error = self.stamp(obj), None, None
         try:
             if self._reading is None or not self._reading.fits(obj):
                 self._reading = self.kind(obj)
-            if not self._reading.go_on(obj, seconds if self._restarts < MOST_RESTARTS else math.inf):
-                return False
             found = self._reading.result(obj)
         except MeanValueError as problem:
             error = problem
-        self._restarts = 0
         former = self._result()
         if former is not None and found is not None and former.revision == found.revision:
             found = former
         self._kept, self._error, self._stamp = found, error, stamp
         self._result = _nothing if found is None else weakref.ref(found)
         self._compared = len(self._shapes())
-        return True
 
     def result(self, obj):
-        """What read_on() has read; the same one until there is other content. @throws MeanValueError."""
+        """What read() has read; the same one until there is other content. @throws MeanValueError."""
         if not self.is_known:
-            self.read_on(obj)
+            self.read(obj)
         if self._error is not None:
             raise self._error
         return self._result()
@@ -192,7 +183,7 @@ class ObjectModel:
         self._error = error
 
     def compare_on(self, obj, seconds=math.inf):
-        """Compares for about so long what shape keys hold with what was read and written. Returns whether all is."""
+        """Compares for about so long what shape keys hold with what was read and written."""
         until = clock() + seconds
         shapes = self._shapes()
         while self._compared < len(shapes):
@@ -202,15 +193,14 @@ class ObjectModel:
                 reading = self._reading
                 self.edited()
                 self._reading = reading  # of groups and faces, which Blender would have told of
-                return True
+                return
             if clock() >= until:
-                return False
+                return
         if self.written is not None:
             key = self.kind.written_key(obj)
             is_held = key is not None and np.array_equal(shape_keys.positions(key), self.written)
             self.written = self.written if is_held else None
         self.is_unchecked = False
-        return True
 
     def _shapes(self):
         result = self._result()
@@ -246,10 +236,6 @@ def quiet_in():
     """Seconds until all that is shown has been left alone long enough; 0 if it has."""
     told_at = max((model.told_at for model in _models.values() if model.is_watched), default=-math.inf)
     return max(0.0, told_at + QUIET_SECONDS - clock())
-
-
-def forget(key):
-    _models.pop(key, None)
 
 
 def clear():

@@ -29,10 +29,10 @@ VIEW_EVENTS = {
 
 
 class BackgroundOperator(ModalOperator, MeshOperator):
-    """Mix-in: subclasses define prepare(obj, reading) and finish(obj, prepared, outcome) in place of run(obj).
+    """Mix-in: subclasses define prepare(obj) and finish(obj, prepared, outcome) in place of run(obj).
 
     prepare() reads the scene and returns None where nothing is to be solved, or an object as posing/bridge/posing.py
-    has it: work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj, reading),
+    has it: work(execution), the steps of a Job, which must not touch Blender, and require_unchanged(obj),
     which raises if the scene is another by then. finish() writes the outcome and returns (message, [notes]). All raise
     MeanValueError before they have changed anything. before() and after() are for what has to be done on the main
     thread before and after the job, in slices. Without a window, or called to execute, all is done before the operator
@@ -44,10 +44,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
 
     _job = _steps = _prepared = None
     _progress = ("", 0.0)
-
-    def start_reading(self, _obj):
-        """The reading that prepare() and require_unchanged() want finished, or None. @throws MeanValueError."""
-        return
 
     def before(self, _prepared):
         """Generator of (stage, share that is done), after each bit of work. @throws MeanValueError."""
@@ -134,9 +130,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
 
         Returns what finish() returns.
         """
-        reading = self.start_reading(self.object())
-        yield from self._read(reading)
-        self._prepared = prepared = self.prepare(self.object(), reading)
+        self._prepared = prepared = self.prepare(self.object())
         yield "reading the mesh", 1.0
         if prepared is None:
             return self.finish(self.object(), None, None)
@@ -146,9 +140,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         else:
             outcome = yield from self._beside_the_interface(prepared)
         if self._timer is not None:  # Blender went on since the scene was read
-            reading = self.start_reading(self.object())
-            yield from self._read(reading)
-            prepared.require_unchanged(self.object(), reading)
+            prepared.require_unchanged(self.object())
         yield from _in_slices(self.after(prepared))
         return self.finish(self.object(), prepared, outcome)
 
@@ -160,10 +152,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         if self._job.is_cancelled:  # at the very moment when it was ready
             raise CancelledError(self.stopped())
         return outcome
-
-    def _read(self, reading):
-        while reading is not None and not reading.go_on(self.object(), SLICE_SECONDS):
-            yield "reading the mesh", 0.0
 
     def _step(self):
         """Returns what Blender wants to hear of an operator that has ended, None if there is more to do."""

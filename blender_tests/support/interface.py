@@ -55,8 +55,7 @@ def interface():
     seen = types.SimpleNamespace(app=app, data=bpy.data, types=bpy.types, context=bpy.context)
     clock = time.monotonic
     with contextlib.ExitStack() as stack:
-        for name in ("live.engine", "scene.shared_readings"):
-            stack.enter_context(mock.patch.object(installed.part(name), "bpy", seen))
+        stack.enter_context(mock.patch.object(installed.part("live.engine"), "bpy", seen))
         for name in ("live.following", "scene.object_model"):
             stack.enter_context(mock.patch.object(installed.part(name), "clock", lambda: clock() + timers.passed))
         yield timers

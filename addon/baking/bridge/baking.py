@@ -26,7 +26,7 @@ class Baking:
     is_done         whether the point cache is there already
     """
 
-    def __init__(self, obj, scene, options, reading=None):
+    def __init__(self, obj, scene, options):
         """@throws SceneError if the options do not fit the object; nothing was changed then."""
         self.options = options
         self.to_keys = options.target == TO_KEYS
@@ -36,7 +36,7 @@ class Baking:
         preparing.require_fit(obj, self.times, options, self.path)
         self.notes = ()  # on what was sampled, sentences
         self._kind = bakeable.of(obj) or handle_source
-        self.posing = self._kind.bind(obj, reading)
+        self.posing = self._kind.bind(obj)
         self.plan = self.store = self.problems = self.kept = self.shapes = self._execution = None
         self.is_done = False
         self._done = self._doing = 0  # rows, and of the chunk that is being solved
@@ -94,9 +94,9 @@ class Baking:
         self._doing = 0
         self.store.write(numbers[0], rows, problems)
 
-    def require_unchanged(self, obj, reading):
+    def require_unchanged(self, obj):
         """@throws SceneError if the mesh is another by now."""
-        self.posing.require_unchanged(obj, reading)
+        self.posing.require_unchanged(obj)
 
     def stopped(self):
         """What is kept, for whoever has stopped it; None before anything could be."""

@@ -11,9 +11,9 @@ from ...scene import actions, frames, rig_space
 from .clips import HandleClip
 
 
-def bind(obj, reading=None):
+def bind(obj):
     """@throws SceneError, StaleBindingError."""
-    posing = Posing(obj, reading)
+    posing = Posing(obj)
     require_evaluated(obj)
     return posing
 

@@ -56,11 +56,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             bpy.ops.screen.animation_cancel(restore_frame=False)  # it would take the frames away from under Bake
         return super().invoke(context, event)
 
-    def start_reading(self, obj):
-        return None if bakeable.of(obj) else scene_input.start_reading(obj)
-
-    def prepare(self, obj, reading):
-        return Baking(obj, bpy.context.scene, self._options(obj), reading)
+    def prepare(self, obj):
+        return Baking(obj, bpy.context.scene, self._options(obj))
 
     def before(self, prepared):
         with engine.held():

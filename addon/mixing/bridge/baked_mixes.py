@@ -17,7 +17,7 @@ def is_meant(obj):
     return is_on(obj) or (bool(baked.target) and baked.was_mixed)
 
 
-def bind(obj, _reading=None):
+def bind(obj):
     return morphers.Mixing(gather(obj))
 
 

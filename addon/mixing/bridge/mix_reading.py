@@ -35,7 +35,7 @@ class MixReading(KeyReading):
         return key_marks.only(obj.data.shape_keys, Role.MIX)
 
     def result(self, obj):
-        """The MixInput, once all is read. @throws SceneError."""
+        """The MixInput. @throws SceneError."""
         parts = self.parts(obj)
         rest, shapes, faces = parts["rest"], parts["points"], mesh_arrays.faces(obj.data)
         for name, shape in shapes.items():

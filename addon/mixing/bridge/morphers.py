@@ -89,7 +89,7 @@ class Mixing:
         if self.binding is None:
             self.binding = yield from bind_steps(self.bind_input, execution)
 
-    def require_unchanged(self, obj, _reading):
+    def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if the shape keys are others by now."""
         if mixed_keys.problem(obj) is None and gather(obj).revision == self.bind_input.revision:
             return

@@ -45,7 +45,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             return None  # they can be removed
         return problem or mixed_keys.problem(obj)
 
-    def prepare(self, obj, _reading):
+    def prepare(self, obj):
         if self.remove:
             return None
         mix_input = gather(obj)

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 from ... import wording
 from ...errors import SceneError, StaleBindingError
-from ...scene import declarations, shared_readings
+from ...scene import declarations
 from ...solver import session
 from ...solver.core import fingerprint
 from ...solver.core.fingerprint import Fingerprint
@@ -32,13 +32,12 @@ def require_fits(record, now):
 def problem(obj, quiet_seconds=0.0):
     """(why a mesh object cannot be posed by what was read of it, as a sentence; whether Update mends that), or None.
 
-    Cheap enough for drawing: outside Object Mode, for `quiet_seconds` after an edit, and as long as a big mesh is read,
-    of what was read last.
+    Cheap enough for drawing: outside Object Mode, and for `quiet_seconds` after an edit, of what was read last.
     """
     model = scene_input.model(obj)
     model.is_watched = True
     if obj.mode == 'OBJECT' and not (model.is_usable(obj) and model.was_told_within(quiet_seconds)):
-        shared_readings.finished(obj, scene_input.HandleReading)
+        model.look(obj)
     try:
         if model.is_known:
             require_fits(obj.meanvalue.bound, model.result(obj).fingerprint)

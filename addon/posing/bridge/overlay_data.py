@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import mesh_arrays, mirrors, object_model, seams, shape_keys, shared_readings, shown_shape
+from ...scene import mesh_arrays, mirrors, object_model, seams, shape_keys, shown_shape
 from ..core import bind_input, tinted_faces
 from . import scene_input, targets
 
@@ -68,9 +68,7 @@ def look(obj):
     stamp, is_same_mesh = model.stamp(obj), known is not NOTHING and len(known.positions) == len(positions)
     is_same_list = is_same_mesh and known.stamp.signature == stamp.signature
     if not (is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
-        reading = shared_readings.finished(obj, scene_input.HandleReading)
-        if reading is None and not is_same_list:  # its handles may be others than those that there are now
-            return known if is_same_mesh else NOTHING
+        reading = model.look(obj)
         if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
             known = _read(obj, model.stamp(obj), reading, positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))

@@ -17,14 +17,13 @@ class Posing:
     targets     where the anchors go; None to bind only
     """
 
-    def __init__(self, obj, reading=None, goal=None, is_checked=True, settles=False):
+    def __init__(self, obj, goal=None, is_checked=True, settles=False):
         """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: it has to fit
         the binding on record. settles: from the result that is there; the better answer of that and of rest.
-        reading: see scene_input.gather().
 
         @throws SceneError; StaleBindingError if the artist has to look first.
         """
-        self.bind_input = scene_input.gather(obj, reading)
+        self.bind_input = scene_input.gather(obj)
         if is_checked:
             bound_record.require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
         self._goal = goal
@@ -64,11 +63,11 @@ class Posing:
         bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint)
         obj.update_tag()  # live posing may have waited for it
 
-    def require_unchanged(self, obj, reading=None):
+    def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if a script, a timer or another window made the scene another one."""
         problem = subject.object_problem(obj) or subject.mode_problem(obj)
         if problem is None:
-            now = scene_input.gather(obj, reading)
+            now = scene_input.gather(obj)
             goal = self._gather_targets(obj, now)
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and (goal is None or goal.is_near(self.targets, 0.0)):

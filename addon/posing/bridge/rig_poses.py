@@ -75,7 +75,7 @@ class RigPoses:
         return
         yield  # a generator of native tasks, none of them
 
-    def require_unchanged(self, obj, _reading):
+    def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if the mesh is another one by now."""
         if not np.array_equal(shape_keys.rest_positions(obj.data), self._rest.astype(np.float32)):
             raise ChangedMeanwhileError(obj.name)

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
-import math
-import time
-
 import numpy as np
 
 from ... import compat, ids
@@ -19,8 +16,7 @@ from . import controls, examples, members, targets
 class HandleReading:
     """What poses are made of, as scene/object_model.py wants a kind of reading: BindInputs.
 
-    Nothing of Blender's is kept: the object is handed in for each part. What was read is worth nothing once the object
-    was edited. All are None until read:
+    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
 
     members  [ascending vertex indices, int32] of all listed handles
     weights  {name: n float64, 0 to 1} of the region and of the groups of shape keys that are examples
@@ -28,24 +24,13 @@ class HandleReading:
     """
 
     def __init__(self, obj):
-        self.members = self.weights = self.faces = None
-        self._mesh, self._names, self._marks = _mesh_facts(obj), _names(obj), _marks(obj)
-        self._groups = vertex_groups.Reading(obj, self._names)
-
-    def go_on(self, obj, seconds=math.inf):
-        """Reads for about so long, something in any case. Returns whether all is read."""
-        until = time.monotonic() + seconds
-        if self.members is None:
-            if not self._groups.go_on(obj, seconds):
-                return False
-            self.members = members.with_groups(obj, obj.meanvalue.handles, self._groups.members)
-            self.weights = self._groups.weights
-            self._groups = None
-            if time.monotonic() >= until:
-                return False
-        if self.faces is None:
-            self.faces = mesh_arrays.faces(obj.data)
-        return True
+        self._facts = _facts(obj)
+        own, others = _groups(obj)
+        groups = vertex_groups.read(obj, own | others)
+        named = {name: numbers for name, (numbers, _weights) in groups.items()}
+        self.members = members.with_groups(obj, obj.meanvalue.handles, named)
+        self.weights = {name: vertex_groups.spread(obj, *groups[name]) for name in others if name in groups}
+        self.faces = mesh_arrays.faces(obj.data)
 
     def enabled_members(self, obj):
         """Those of targets.enabled_handles()."""
@@ -53,7 +38,7 @@ class HandleReading:
 
     def fits(self, obj):
         """Whether it is of this object as it is now, as far as that is quick to tell."""
-        return (self._mesh, self._names, self._marks) == (_mesh_facts(obj), _names(obj), _marks(obj))
+        return self._facts == _facts(obj)
 
     @staticmethod
     def signature(obj):
@@ -73,13 +58,14 @@ class HandleReading:
         return shape_keys.result(obj)
 
 
-def _names(obj):
+def _groups(obj):
+    """(names of the vertex groups that handles have, names of those whose weights count)."""
     own = {handle.name for handle in obj.meanvalue.handles if not handle.mark}
-    return own | {obj.meanvalue.roi_group} | examples.groups(obj)
+    return own, {obj.meanvalue.roi_group} | examples.groups(obj)
 
 
-def _marks(obj):
-    return [handle.mark or handle.name for handle in obj.meanvalue.handles]
+def _facts(obj):
+    return _mesh_facts(obj), _groups(obj), [handle.mark or handle.name for handle in obj.meanvalue.handles]
 
 
 def _mesh_facts(obj):
@@ -96,8 +82,7 @@ def model(obj):
 def member_count(obj, number):
     """How many vertices a handle has; None while that is not known."""
     reading = model(obj).reading
-    known = reading.members if reading is not None else None
-    return None if known is None or number >= len(known) else len(known[number])
+    return None if reading is None or number >= len(reading.members) else len(reading.members[number])
 
 
 def example_count(obj):
@@ -110,23 +95,15 @@ def example_count(obj):
     return None if found is None else len(found.names)
 
 
-def start_reading(obj):
-    """The HandleReading, not begun, that gather() needs. @throws SceneError if a group is missing."""
-    require_handles(obj)
-    return HandleReading(obj)
-
-
 def gather(obj, reading=None, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 
     to_bind: whether it has to do for the solver, and not only to tell what handles hold
-    reading: a HandleReading since which the object was not edited; gone on with if it is not finished, and left alone
-    if it does not fit.
+    reading: a HandleReading since which the object was not edited, left alone if it does not fit
     """
     require_handles(obj)
     if reading is None or not reading.fits(obj):
         reading = HandleReading(obj)
-    reading.go_on(obj)
     corners, starts = reading.faces
     settings = obj.meanvalue
     handles, held = targets.enabled_handles(obj), reading.enabled_members(obj)

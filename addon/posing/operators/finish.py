@@ -53,13 +53,10 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         kept = cls.bl_rna.properties["keep"].enum_items[properties.keep].description
         return f"{kept}. Remove handles, pins and what was made for them"
 
-    def start_reading(self, obj):
-        return None if self.keep == 'NOTHING' else super().start_reading(obj)
-
-    def prepare(self, obj, reading):
+    def prepare(self, obj):
         if self.keep == 'NOTHING':
             return None
-        return super().prepare(obj, reading)
+        return super().prepare(obj)
 
     def use(self, obj):
         engine.look_again(obj)

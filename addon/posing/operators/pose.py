@@ -11,7 +11,7 @@ from ...scene import declarations, key_marks, new_rest, shape_keys, subject
 from ...scene.key_marks import Role
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import control_places, controls, pose_names, scene_input, targets
+from ..bridge import control_places, controls, pose_names, targets
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -23,11 +23,8 @@ class SettledOperator(BackgroundOperator):
 
     doing = "Settling"
 
-    def start_reading(self, obj):
-        return None if _is_settled(obj) else scene_input.start_reading(obj)
-
-    def prepare(self, obj, reading):
-        return None if _is_settled(obj) else Posing(obj, reading, CONTROLS, is_checked=False, settles=True)
+    def prepare(self, obj):
+        return None if _is_settled(obj) else Posing(obj, CONTROLS, is_checked=False, settles=True)
 
     def finish(self, obj, prepared, outcome):
         if prepared is not None:

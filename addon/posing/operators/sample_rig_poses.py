@@ -22,7 +22,7 @@ the mesh like them. They stay muted: the rig would bend an unmuted one twice"""
         name="Poses", description="How many poses to keep at most", default=8, min=1, soft_max=16, max=64
     )
 
-    def prepare(self, obj, _reading):
+    def prepare(self, obj):
         return rig_poses.RigPoses(obj, bpy.context.scene, self.count)
 
     def before(self, prepared):

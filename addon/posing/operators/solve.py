@@ -21,10 +21,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_label = "Update"
     doing = "Updating"
     problems = (scene_input.unheld_problem,)
-    start_reading = staticmethod(scene_input.start_reading)
-
-    def prepare(self, obj, reading):
-        return Posing(obj, reading, is_checked=False)
+    def prepare(self, obj):
+        return Posing(obj, is_checked=False)
 
     def finish(self, obj, posing, _outcome):
         handles = targets.followed_handles(obj)
@@ -63,7 +61,6 @@ class SolvingOperator(BackgroundOperator):
     """Mix-in: finish() for subclasses whose prepare() gives a Posing with targets."""
 
     doing = "Solving"
-    start_reading = staticmethod(scene_input.start_reading)
 
     def finish(self, obj, posing, outcome):
         solved, solution = outcome
@@ -88,8 +85,8 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
     bl_label = "Solve"
     problems = (scene_input.unheld_problem, targets.problem)
 
-    def prepare(self, obj, reading):
-        return Posing(obj, reading, CONTROLS)
+    def prepare(self, obj):
+        return Posing(obj, CONTROLS)
 
 
 class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
@@ -114,9 +111,9 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
             )
         return problem or shape_keys.result_problem(obj)
 
-    def prepare(self, obj, reading):
+    def prepare(self, obj):
         self.key = self.key or _active_key(obj)
-        return Posing(obj, reading, self.key)
+        return Posing(obj, self.key)
 
     def finish(self, obj, posing, outcome):
         notes = list(_ignored(obj, posing.bind_input, self.key))

@@ -42,11 +42,10 @@ class HandleAnchors:
 
     words = "handles"
     problem = staticmethod(scene_input.unheld_problem)
-    start_reading = staticmethod(scene_input.start_reading)
 
-    def __init__(self, obj, scene, options, reading, shapes):
+    def __init__(self, obj, scene, options, shapes):
         """@throws SceneError."""
-        self._drive = DriveInput(scene_input.gather(obj, reading, to_bind=False), shapes)
+        self._drive = DriveInput(scene_input.gather(obj, to_bind=False), shapes)
         handle_source.require_evaluated(obj)
         self._scene_name, self._options = scene.name, options
         handles = targets.enabled_handles(obj)
@@ -76,12 +75,7 @@ class MarkerAnchors:
     weights = None
     problem = staticmethod(match_input.problem)
 
-    @staticmethod
-    def start_reading(_obj):
-        """Nothing of the vertex groups is needed."""
-        return
-
-    def __init__(self, obj, scene, options, _reading, _shapes):
+    def __init__(self, obj, scene, options, _shapes):
         self._scene_name, self._options = scene.name, options
         self._reference = match_input.reference_frame(obj)
 

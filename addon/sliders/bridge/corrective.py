@@ -25,9 +25,9 @@ class Corrective:
     Pose Like has no say: the mix is what the mesh is to look like.
     """
 
-    def __init__(self, obj, reading):
+    def __init__(self, obj):
         """@throws SceneError."""
-        self._held = scene_input.gather(obj, reading, to_bind=False)
+        self._held = scene_input.gather(obj, to_bind=False)
         self._targets = targets.gather(obj, self._held)
         shapes = key_shapes.gather(obj)
         self._mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
@@ -43,9 +43,9 @@ class Corrective:
         solved, _summary = yield from session.solve_steps(drag, self._targets, settle=True, execution=execution)
         return result.compose(self._bind_input, self._targets.positions, solved)
 
-    def require_unchanged(self, obj, reading):
+    def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if handles, keys or their values are others by now."""
-        now = Corrective(obj, reading)
+        now = Corrective(obj)
         is_same = now._held.fingerprint == self._held.fingerprint and np.array_equal(now._mix, self._mix)
         if not is_same or not now._targets.is_near(self._targets, 0.0):
             raise ChangedMeanwhileError(obj.name)

@@ -4,7 +4,6 @@
 The values are a function of where the controls are alone: so they change steadily in a drag, and are settled at once.
 """
 
-import math
 import time
 
 from ...errors import SceneError
@@ -25,7 +24,7 @@ class DriveReading:
     """Reads handles and shape keys: a kind of reading as scene/object_model.py wants it, of DriveInputs."""
 
     def __init__(self, obj):
-        self._parts = scene_input.start_reading(obj), key_shapes.SliderReading(obj)
+        self._parts = scene_input.HandleReading(obj), key_shapes.SliderReading(obj)
 
     @staticmethod
     def signature(obj):
@@ -33,10 +32,6 @@ class DriveReading:
 
     def fits(self, obj):
         return all(part.fits(obj) for part in self._parts)
-
-    def go_on(self, obj, seconds=math.inf):
-        until = time.monotonic() + seconds
-        return all(part.go_on(obj, until - time.monotonic()) for part in self._parts)
 
     def result(self, obj):
         handles, keys = self._parts

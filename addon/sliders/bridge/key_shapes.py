@@ -83,7 +83,7 @@ class SliderReading(KeyReading):
         return len(obj.data.vertices), sorted_out(obj)
 
     def result(self, obj):
-        """The KeyShapes, once all is read. @throws SceneError if no key has any effect."""
+        """The KeyShapes. @throws SceneError if no key has any effect."""
         found = KeyShapes(**self.parts(obj), left_alone=tuple(self._left_alone)).with_effect()
         if not found.sliders:
             raise SceneError(_none_to_drive(obj, found.left_alone))

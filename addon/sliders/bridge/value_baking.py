@@ -24,12 +24,12 @@ REFUSED = "No values can be found: {}"
 class ValueBaking:
     """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py."""
 
-    def __init__(self, obj, scene, options, reading=None):
+    def __init__(self, obj, scene, options):
         """@throws SceneError; nothing was changed then."""
         self.options = options
         self.shapes = key_shapes.gather(obj)
         self._size = fixed_points.bounding_box_diagonal(self.shapes.rest)
-        self.source = SOURCES[options.source](obj, scene, options, reading, self.shapes)
+        self.source = SOURCES[options.source](obj, scene, options, self.shapes)
         self._require_room(obj)
         self.solved = self.fit = None
         self.curves = {}
@@ -58,7 +58,7 @@ class ValueBaking:
             self.fit.start_solve_sequence, source.targets, source.weights, execution=execution, refused=REFUSED
         )
 
-    def require_unchanged(self, obj, _reading):
+    def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if the shape keys are others by now."""
         if key_shapes.gather(obj).revision != self.shapes.revision:
             raise ChangedMeanwhileError(obj.name)

@@ -22,12 +22,11 @@ class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
     bl_label = "Add Corrective"
     doing = "Finding the corrective of"
     problems = (_undriven_problem, key_shapes.problem, scene_input.unheld_problem, targets.problem)
-    start_reading = staticmethod(scene_input.start_reading)
 
-    def prepare(self, obj, reading):
+    def prepare(self, obj):
         if obj.meanvalue.live and not engine.is_settled(obj):
             raise SceneError("The sliders still follow the handles. Try again when they are there")
-        return Corrective(obj, reading)
+        return Corrective(obj)
 
     def finish(self, obj, prepared, outcome):
         return f"Shape key '{prepared.write(obj, outcome)}' adds what the sliders of '{obj.name}' do not reach", []

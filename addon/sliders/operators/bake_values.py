@@ -28,11 +28,8 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
             problem = SOURCES[obj.meanvalue.bake_values.source].problem(obj)
         return problem
 
-    def start_reading(self, obj):
-        return SOURCES[self._options(obj).source].start_reading(obj)
-
-    def prepare(self, obj, reading):
-        return ValueBaking(obj, bpy.context.scene, self._options(obj), reading)
+    def prepare(self, obj):
+        return ValueBaking(obj, bpy.context.scene, self._options(obj))
 
     def before(self, prepared):
         with engine.held():

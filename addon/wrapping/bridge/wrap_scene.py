@@ -21,7 +21,7 @@ class Wrapping(Wrap):
         super().__init__(given)
         self.target_name = target.name
 
-    def require_unchanged(self, obj, _reading):
+    def require_unchanged(self, obj):
         """@throws SceneError if one of both meshes is another by now."""
         target = bpy.data.objects.get(self.target_name)
         if target is None or _key(gather(obj, target)[0]) != _key(self.given):

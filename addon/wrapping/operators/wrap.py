@@ -25,7 +25,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     def problem(cls, obj):
         return super().problem(obj) or wrap_scene.problem(bpy.context, obj)
 
-    def prepare(self, obj, _reading):
+    def prepare(self, obj):
         return wrap_scene.Wrapping(obj, wrap_scene.target_of(bpy.context, obj))
 
     def job_progress(self):
