@@ -2,7 +2,7 @@
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
 Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
-room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), those that it has.
+room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), about_to_save(), those that it has.
 """
 
 import bpy
@@ -69,6 +69,11 @@ def _begin():
 
 
 @persistent
+def meanvalue_save(*_):
+    _have_heard("about_to_save")
+
+
+@persistent
 def meanvalue_render_started(*_):
     engine.render_started()
 
@@ -87,6 +92,7 @@ _HANDLERS = (
     ("redo_post", meanvalue_look_again),
     ("load_pre", meanvalue_leave_file),
     ("load_post", meanvalue_another_file),
+    ("save_pre", meanvalue_save),
     ("render_init", meanvalue_render_started),
     ("render_complete", meanvalue_render_ended),
     ("render_cancel", meanvalue_render_ended),

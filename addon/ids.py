@@ -27,6 +27,10 @@ HANDLE_NAME = "Handle"
 PIN_NAME = "Pin"
 HANDLES_ATTRIBUTE = "meanvalue_handles"
 
+#: The collection for controls that the add-on makes, and the custom property that it is known by.
+CONTROLS_COLLECTION = "Mean-Value Controls"
+CONTROLS_MARK = "meanvalue_controls"
+
 #: Vertex groups that the add-on makes.
 REGION_GROUP = "Region"
 LEFT_OVER_GROUP = "Wrap Left Over"

@@ -182,7 +182,6 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     active_pair: IntProperty(
         name="Active Marker", min=0, update=lambda capture, _context: marker_pairs.select_active(capture.id_data)
     )
-    controls: PointerProperty(type=bpy.types.Collection, options={'HIDDEN'})  # where Match Markers puts its own
     show_pairs: BoolProperty(
         name="Lines", description="Show a line from each marker to its point on the mesh", default=True
     )

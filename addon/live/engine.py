@@ -217,12 +217,13 @@ def status(obj):
     follower = roll.follower_of(obj)
     if follower is None:
         return None
-    if follower.problem is None:
-        baked = bool(obj.meanvalue.baked.target)
-        note = follower.why_hidden(obj) or (None if baked else render_notes.of(roll.identity(obj)))
-        if note:
-            return wording.sentence(note), True
-    return follower.status(obj)
+    note = follower.why_hidden(obj) if follower.problem is None else None
+    if note:
+        return wording.sentence(note), True
+    said = follower.status(obj)
+    if said is None and follower.is_animated(obj):
+        return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.FOLLOWS, follower.AND_EXPORTS)), False
+    return said
 
 
 def _draw_status_again():

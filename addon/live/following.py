@@ -42,9 +42,9 @@ class Following:
     problem        says in words why the mesh does not follow, or is None
     solve_seconds  of the last solve
 
-    Subclasses define READS, a kind of scene/object_model.py; FOLLOWS and LABEL, in words; asks_for(obj), whether `obj`
-    is theirs, and turn(obj, is_on); places(), why_hidden(), notes(); and what is called here and
-    begins with an underscore and is not defined here.
+    Subclasses define READS, a kind of scene/object_model.py; in words FOLLOWS, LABEL and AND_EXPORTS, what to mind
+    besides; asks_for(obj), whether `obj` is theirs, and turn(obj, is_on); places(), is_animated(), why_hidden(),
+    notes(); and what is called here and begins with an underscore and is not defined here.
     """
 
     #: In these modes it waits: Blender keeps a copy of its own of the mesh.

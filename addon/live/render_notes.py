@@ -2,7 +2,7 @@
 """What has to be told of renders: nothing follows while one runs, so animated controls and sliders have no effect.
 
 Frames are rendered on a thread of their own, where handlers may look and not write. They note here what they see; it is
-told by the console at once, and by the panel and a popup as soon as Blender calls a timer.
+told by the console at once, and by a popup as soon as Blender calls a timer.
 """
 
 import numpy as np
@@ -11,8 +11,11 @@ from .. import wording
 from ..scene import views
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
-_notes = {}  # identity of an object: what is to be told
+_told = set()  # identities of objects
 untold = []  # notes that no popup has shown
+
+#: What the panel says beforehand, of what and with what else to mind.
+WHILE_ANIMATED = "The {} are animated, but animations that you render or export show one pose. Press Bake before{}"
 
 
 def begin(unsettled):
@@ -28,7 +31,7 @@ def begin(unsettled):
 
 def look(identity, obj, follower, depsgraph):
     """A frame is about to be rendered of what `depsgraph` has evaluated."""
-    if identity in _notes or obj.meanvalue.baked.target:
+    if identity in _told or obj.meanvalue.baked.target:
         return
     now = follower.places(obj, depsgraph)
     first = _at_first.setdefault(identity, now)
@@ -42,17 +45,12 @@ def look(identity, obj, follower, depsgraph):
     )
 
 
-def of(identity):
-    """What the panel has to tell of an object since the last render, or None."""
-    return _notes.get(identity)
-
-
 def forget():
-    for known in (_at_first, _notes, untold):
+    for known in (_at_first, _told, untold):
         known.clear()
 
 
 def _tell(identity, note):
-    _notes[identity] = note
+    _told.add(identity)
     untold.append(note)
     views.say(wording.sentence(note))

@@ -158,6 +158,7 @@ class Settings:
         default=True,
     )
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
+    is_control: aside(BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
     influence: aside(FloatProperty)(
         name="Influence",
         description="How much the soft handle of this control counts. At 0 it is free",

@@ -78,9 +78,9 @@ def unregister():
     keymap.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
-    orphans.forget()
     overlay.forget()
     forget()
+    orphans.forget()
 
 
 def scene_updated(depsgraph):
@@ -98,13 +98,20 @@ def chosen(active):
 
 def another_file():
     orphans.forget()
-    orphans.note()
     old_files.carry_over(bpy.data.objects)
     for obj in bpy.data.objects:
         old_files.mark_keys(obj)
+
+
+def about_to_save():
+    """In a file that is opened nobody knows which controls were deleted, and which are not there yet."""
+    for obj in bpy.data.objects:
+        if subject.object_problem(obj) is None and not obj.data.is_editmode:
+            controls.remove_deleted(obj)
 
 
 def forget():
     """Undo, redo or loading replaced everything that was read."""
     moved_meshes.forget()
     overlay_data.clear()
+    orphans.note()

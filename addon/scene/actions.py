@@ -85,6 +85,12 @@ def _require_own(id_block):
         )
 
 
+def is_animated(id_block):
+    """Whether keyframes, strips or drivers move anything of a datablock."""
+    animation = id_block.animation_data
+    return animation is not None and bool(animation.action or animation.nla_tracks or animation.drivers)
+
+
 def remove_action(id_block):
     """Takes the action off a datablock, and deletes it if nothing else needs it."""
     animation = id_block.animation_data

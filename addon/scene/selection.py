@@ -29,7 +29,7 @@ def choose(obj):
     """Makes `obj` the only selected object, and the active one."""
     layer = bpy.context.view_layer
     for other in layer.objects:
-        if other.select_get():
+        if other is not None and other.select_get():  # None was deleted a moment ago
             other.select_set(False)
     if obj.name in layer.objects:
         obj.select_set(True)

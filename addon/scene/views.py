@@ -56,6 +56,27 @@ def is_visible(obj, space):
     return obj.visible_get(viewport=space) and evaluated.visible_in_viewport_get(space)
 
 
+#: What has Blender evaluate an object that is not.
+ENABLE = "Enable it (the monitor in the Outliner, the tick of its collection) and hide it by the eye instead"
+
+
+def is_evaluated(obj):
+    """Whether Blender evaluates an object in this view layer on its own account. Hidden by the eye it does."""
+    if obj.visible_get():
+        return True
+    return not obj.hide_viewport and _is_reached(bpy.context.view_layer.layer_collection, obj)
+
+
+def _is_reached(layer_collection, obj):
+    """Whether a collection that Blender evaluates has the object."""
+    collection = layer_collection.collection
+    if collection.hide_viewport:
+        return False
+    if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
+        return True
+    return any(_is_reached(child, obj) for child in layer_collection.children)
+
+
 def say(text):
     """To the console, in the letters that it has: Windows' own has few, and printing others is an error."""
     encoding = sys.stdout.encoding or "utf-8"

@@ -250,7 +250,7 @@ def test_a_control_that_is_disabled_does_not_move_and_is_told(saved, how):
     _obj, control, path = saved
     hidden = bpy.data.collections.new("Hidden")
     bpy.context.scene.collection.children.link(hidden)
-    bpy.context.scene.collection.objects.unlink(control)
+    control.users_collection[0].objects.unlink(control)
     hidden.objects.link(control)
     layer = bpy.context.view_layer.layer_collection.children["Hidden"]
     control.hide_set(how == "eye")

@@ -408,3 +408,23 @@ def test_controls_go_with_a_mesh_that_is_deleted(timers, part):
     other.name = "Renamed"
     orphans.remove()
     assert kept in bpy.data.objects
+
+
+def test_an_empty_that_bears_the_name_of_a_control_of_a_deleted_mesh_stays(timers, part):
+    obj, control = posed(timers)
+    name, orphans = control.name, part("posing.bridge.orphans")
+    for each in (obj, control):
+        bpy.data.objects.remove(each)
+    meshes.new_object(name)
+    update()
+    orphans.remove()
+    assert name in bpy.data.objects
+
+
+def test_an_animated_control_stays_when_its_mesh_is_deleted(timers, part):
+    obj, control = posed(timers)
+    control.keyframe_insert("location", frame=1)
+    bpy.data.objects.remove(obj)
+    update()
+    part("posing.bridge.orphans").remove()
+    assert control.animation_data.action is not None

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Color
-from support import armatures, handles, meshes, steps
+from support import armatures, handles, installed, meshes, steps
 from support.handles import BOTTOM, TOP, follows, is_at_rest, move, rest, shown, update
 
 
@@ -174,3 +174,77 @@ def test_the_object_is_in_an_excluded_collection(status):
     update()
     assert abs((shown(obj) - rest(obj))[TOP[0], 0] - 1.0) < 1e-3
     assert status(obj)[1] is False
+
+
+@pytest.mark.parametrize("hide", ["eye", "monitor", "tick"])
+def test_a_hidden_control_is_followed_or_told_of(status, hide):
+    obj, control = handles.tube()
+    (home,) = control.users_collection
+    move(control, (1.0, 0.0, 0.0))
+    if hide == "eye":
+        control.hide_set(True)
+    elif hide == "monitor":
+        control.hide_viewport = True
+    else:
+        bpy.context.view_layer.layer_collection.children[home.name].exclude = True
+    move(control, (1.0, 0.0, 0.0))
+    text, is_problem = status(obj)
+    assert is_problem == ("'Top' stays in place" in text) == (hide != "eye"), text
+    assert handles.follows(obj, (2.0 if hide == "eye" else 1.0, 0.0, 0.0))
+    assert not {"Top", "Bottom"} - {handle.name for handle in obj.meanvalue.handles}
+
+
+def test_controls_are_in_a_collection_of_their_own_that_goes_with_the_last():
+    obj, control = handles.tube()
+    (home,) = control.users_collection
+    assert home != bpy.context.scene.collection and set(home.objects) == {control}
+    home.name = "Renamed"
+    bpy.context.view_layer.layer_collection.children[home.name].exclude = True
+    meshes.activate(obj)
+    second = steps.add_handle(obj, "Middle", handles.MIDDLE)
+    assert home in second.users_collection and second.visible_get()  # where the artist sees it, too
+    for _time in obj.meanvalue.handles[:]:
+        meshes.activate(obj)
+        bpy.ops.meanvalue.remove_handle()
+    assert not len(bpy.data.collections)
+
+
+def test_live_tells_that_an_export_of_its_animation_shows_one_pose(status):
+    obj, control = handles.tube()
+    assert status(obj)[0] == ""
+    control.keyframe_insert("location", frame=1)
+    update()
+    text, is_problem = status(obj)
+    assert "export" in text and "Bake" in text and not is_problem
+
+
+def test_frames_are_looked_at_without_a_context(tmp_path, monkeypatch, capfd):
+    """They are rendered on a thread of their own."""
+    _obj, control = handles.tube()
+    for frame, offset in ((1, 0.0), (3, 2.0)):
+        control.location.x = offset
+        control.keyframe_insert("location", frame=frame)
+    scene = bpy.context.scene
+    scene.camera = meshes.new_object("Camera", bpy.data.cameras.new("Camera"))
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = 'CYCLES', 8, 8
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.frame_end, scene.render.filepath = 3, str(tmp_path / "frame_")
+    asked = []
+
+    class Nobody:
+        def __getattr__(self, name):
+            asked.append(name)
+            raise AttributeError(name)
+
+    scene.frame_set(1)
+    look = installed.part("live.render_notes").look
+
+    def look_alone(*arguments):
+        with monkeypatch.context() as patched:
+            patched.setattr(bpy, "context", Nobody())
+            patched.setattr(bpy.types.Object, "users_scene", property(lambda _obj: asked.append("users_scene")))
+            look(*arguments)
+
+    monkeypatch.setattr(installed.part("live.render_notes"), "look", look_alone)
+    bpy.ops.render.render(animation=True)
+    assert "controls of 'Tube' are animated" in capfd.readouterr().out and not asked

@@ -3,7 +3,8 @@
 
 import bpy
 import numpy as np
-from support import meshes, steps
+import pytest
+from support import handles, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -50,3 +51,61 @@ def test_modifiers_and_where_the_object_stands_do_not_matter():
     steps.solve()
     assert snapshot(other)["modifiers"] == before
     assert np.array_equal(steps.key_positions(other, "Mean-Value"), steps.key_positions(plain, "Mean-Value"))
+
+
+def test_a_control_whose_collection_is_unlinked_for_a_while_stays():
+    """With its handle and its animation; only what the artist deletes is gone."""
+    obj, control = handles.tube()
+    control.keyframe_insert("location", frame=1)
+    (home,) = control.users_collection
+    parent = bpy.context.scene.collection
+    parent.children.unlink(home)
+    meshes.activate(obj)
+    steps.add_handle(obj, "Middle", handles.MIDDLE, pin=True)
+    parent.children.link(home)
+    assert obj.meanvalue.handles["Top"].control == control and control.animation_data.action is not None
+    handles.move(control, (1.0, 0.0, 0.0))
+    assert handles.follows(obj, (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("then", ["add a pin", "save"])
+def test_a_control_that_is_deleted_takes_its_handle_along(tmp_path, then):
+    obj, _control = handles.tube()
+    bpy.ops.object.delete()
+    handles.update()
+    assert obj.meanvalue.handles["Top"].control is not None  # nothing is written beside Blender's undo
+    meshes.activate(obj)
+    if then == "save":
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "file.blend"))
+        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "file.blend"))
+        obj = bpy.data.objects["Tube"]
+    else:
+        steps.add_handle(obj, "Low", range(8, 16), pin=True)
+    assert "Top" not in obj.meanvalue.handles and not [each for each in bpy.data.objects if each.type == 'EMPTY']
+
+
+def test_a_mesh_that_is_appended_alone_keeps_its_handles(tmp_path, status):
+    """So too where one with the same names was deleted before."""
+    path = str(tmp_path / "figure.blend")
+    obj, control = handles.tube()
+    handles.move(control, (1.0, 0.0, 0.0))
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    for _time in range(2):
+        for each in list(bpy.data.objects):
+            bpy.data.objects.remove(each)
+        with bpy.data.libraries.load(path) as (_, wanted):
+            wanted.objects = ["Tube"]
+        obj = wanted.objects[0]
+        bpy.context.collection.objects.link(obj)
+        meshes.activate(obj)
+        posed = handles.shown(obj)
+        steps.add_handle(obj, "Middle", handles.MIDDLE, pin=True)
+        assert obj.meanvalue.handles.keys() == ["Bottom", "Top", "Middle"]
+        handle = obj.meanvalue.handles["Top"]
+        assert handle.control is not None and "Press Update" in status(obj)[0]
+        assert np.array_equal(handles.shown(obj), posed)
+        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        handles.update()
+        assert handles.follows(obj, (1.0, 0.0, 0.0)), status(obj)
+        handles.move(handle.control, (1.0, 0.0, 0.0))
+        assert handles.follows(obj, (2.0, 0.0, 0.0)), status(obj)

@@ -56,8 +56,8 @@ def test_a_rig_that_is_not_evaluated_here_is_not_taken_for_none(part):
     scene, other = bpy.context.scene, bpy.data.scenes.new("Other")
     for each in (obj, control, *(handle.control for handle in obj.meanvalue.handles if handle.control)):
         if each.name not in other.collection.objects:
+            each.users_collection[0].objects.unlink(each)
             other.collection.objects.link(each)
-            scene.collection.objects.unlink(each)
     update()
     part("live.engine").look_again(obj)
     part("live.engine").follow_all()

@@ -24,6 +24,7 @@ def new_object(name, data=None):
 
 
 def activate(obj):
+    bpy.context.view_layer.update()  # without those that were just deleted
     for other in bpy.context.view_layer.objects:
         other.select_set(False)
     obj.select_set(True)  # an object that was just linked is not among the others yet

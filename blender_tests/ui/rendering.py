@@ -40,4 +40,4 @@ def an_animation_with_live_on(ui):
     yield from ui.screenshot("render_with_live_on")
     assert len(popped_up) == 1, popped_up
     text, is_problem = installed.part("live.engine").status(obj)
-    assert is_problem and "animated" in text, text
+    assert not is_problem and "animated" in text and "Stop" not in text, text

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles are over time, whatever moves them: a kind of what can be baked (scene/bakeable.py)."""
 
-import bpy
 import numpy as np
 
 from ...errors import SceneError
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
-from ...scene import actions, frames, rig_space
+from ...scene import actions, frames, rig_space, views
 from .clips import HandleClip
 
 
@@ -38,19 +37,14 @@ def clip(bind_input, rows, portable=False):
 
 def notes(obj):
     """Sentences on what an artist may not expect."""
-    hard = [handle.name for handle in _with_controls(obj) if not handle.is_soft and _is_freed(handle.control)]
+    hard = [handle.name for handle in targets.moved_handles(obj) if not handle.is_soft and _is_freed(handle.control)]
     if hard:
         yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"
 
 
 def animated(obj):
     """The datablocks that move the handles: the object, the controls, and what these hang on or follow."""
-    return frames.movers([obj, *(handle.control for handle in _with_controls(obj))])
-
-
-def _with_controls(obj):
-    handles = targets.enabled_handles(obj)
-    return [handle for handle in handles if handle.follows == 'CONTROL' and handle.control is not None]
+    return frames.movers([obj, *(handle.control for handle in targets.moved_handles(obj))])
 
 
 def _is_freed(control):
@@ -61,20 +55,9 @@ def _is_freed(control):
 
 def require_evaluated(obj):
     """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
-    layer = bpy.context.view_layer.layer_collection
-    for each in (obj, *(handle.control for handle in _with_controls(obj))):
-        if each.hide_viewport or not _is_reached(layer, each):
+    for each in (obj, *(handle.control for handle in targets.moved_handles(obj))):
+        if not views.is_evaluated(each):
             raise SceneError(
                 f"'{each.name}' is disabled in viewports, or in a collection that is, so its animation does not run. "
-                "Enable it (the monitor in the Outliner, the tick of its collection) and hide it by the eye instead"
+                f"{views.ENABLE}"
             )
-
-
-def _is_reached(layer_collection, obj):
-    """Whether a collection that Blender evaluates has the object. Hidden by the eye is evaluated."""
-    collection = layer_collection.collection
-    if collection.hide_viewport:
-        return False
-    if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
-        return True
-    return any(_is_reached(child, obj) for child in layer_collection.children)

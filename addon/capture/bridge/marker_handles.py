@@ -88,9 +88,6 @@ def drop(obj, pair):
     index = marker_pairs.handle_index(obj, pair)
     if index is not None:
         controls.remove_handle(obj, index)
-    collection = obj.meanvalue.capture.controls
-    if collection is not None and not collection.objects and not collection.children:
-        bpy.data.collections.remove(collection)
 
 
 def _make_soft_handle(obj, name, color, strength):
@@ -110,15 +107,16 @@ def _control_of(obj, handle, name, shape, size):
     It is a child of the object, as all controls, so that moving the object moves the whole character.
     """
     control = handle.control
-    if control is not None and control.users_scene and controls.owner_of(control) == obj:
+    if control is not None and controls.owner_of(control) == obj:
+        if not control.users_collection:
+            controls.put_beside(obj, control)
         return control
     control = bpy.data.objects.new(f"{obj.name} {name}", None)
-    _collection(obj).objects.link(control)
+    controls.put_beside(obj, control)
     control.empty_display_type = shape
     control.empty_display_size = size
     control.show_in_front = True
     controls.paint(control, handle)
-    control.parent = obj
     return control
 
 
@@ -145,14 +143,3 @@ def _quaternions(turns):
     signs = np.where((result[1:] * result[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
     result[1:] *= np.cumprod(signs)[:, None]
     return result
-
-
-def _collection(obj):
-    """The collection of the object's marker controls; made if it is missing."""
-    capture = obj.meanvalue.capture
-    if capture.controls is None:
-        capture.controls = bpy.data.collections.new(f"{obj.name} Markers")
-    parent = obj.users_collection[0] if obj.users_collection else bpy.context.scene.collection
-    if not any(capture.controls in scene.collection.children_recursive for scene in bpy.data.scenes):
-        parent.children.link(capture.controls)
-    return capture.controls

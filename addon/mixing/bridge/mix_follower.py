@@ -6,7 +6,7 @@ import numpy as np
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import shape_keys, subject
+from ...scene import actions, shape_keys, subject
 from ...solver import session
 from . import mixed_keys, morphers
 from .mix_reading import MixReading
@@ -29,7 +29,7 @@ class MixFollower(Following):
     READS = MixReading
     READS_AT_REST = True
     BUSY_MODES = {'EDIT', 'SCULPT', 'VERTEX_PAINT', 'WEIGHT_PAINT', 'TEXTURE_PAINT', 'PARTICLE_EDIT'}
-    FOLLOWS = "shape keys"
+    FOLLOWS, AND_EXPORTS = "shape keys", ""
     LABEL = "Rotation-Aware Keys"
 
     why_hidden = staticmethod(mixed_keys.why_hidden)
@@ -52,6 +52,10 @@ class MixFollower(Following):
         keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
         names = {key.name for key in mixed_keys.mixed(obj)} if keys else ()
         return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
+
+    @staticmethod
+    def is_animated(obj):
+        return obj.data.shape_keys is not None and actions.is_animated(obj.data.shape_keys)
 
     def notes(self):
         return ()

@@ -5,8 +5,9 @@ import bpy
 import numpy as np
 from mathutils import Color
 
+from ... import ids
 from ...errors import SceneError
-from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
+from ...scene import rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
@@ -39,17 +40,17 @@ def problem(obj, handle):
 
 
 def why_it_is_missing(obj, handle):
-    """Why Update has to make a control for `handle`, in words, or None."""
+    """Why Update has to make a control for `handle`, or to put it back, in words, or None."""
     control = handle.control
     if control is None:
         return (
             f"Handle '{handle.name}' has no control. Press Update, choose an object or a bone for it, or "
             "remove the handle"
         )
-    if not _is_in_a_scene(control):
+    if not _is_in_a_collection(control):
         return (
-            f"The control of handle '{handle.name}' was deleted. Press Update, choose another one for it, "
-            "or remove the handle"
+            f"The control of handle '{handle.name}' was deleted, or is in no collection. Press Update, choose another "
+            "one for it, or remove the handle"
         )
     owner = owner_of(control)
     if owner not in {None, obj}:
@@ -74,25 +75,18 @@ def none_active(obj):
     return "There is no active handle or pin. Press on the mesh with Grab, press Add Handle, or click one in the list"
 
 
-def is_deleted(handle):
-    """Whether the artist has deleted the control that was made for the handle: the handle is gone with it, and back
-    with it by undo. Nothing is written for that until remove_deleted(): what is written beside an operator's undo step
-    would not be taken back."""
-    control = handle.control
-    return handle.made_control and (control is None or not _is_in_a_scene(control))
-
-
 def remove_deleted(obj):
-    """For operators: removes the handles that is_deleted() tells of."""
+    """For operators: removes the handles whose control the artist has deleted. They are gone with it before, and back
+    with it by undo, but what is written beside an operator's undo step would not be taken back."""
     for index in reversed(range(len(obj.meanvalue.handles))):
-        if is_deleted(obj.meanvalue.handles[index]):
+        if orphans.is_deleted(obj.meanvalue.handles[index]):
             region.let_go(obj, obj.meanvalue.handles[index])
             remove_handle(obj, index)
 
 
-def _is_in_a_scene(control):
-    """As `control.users_scene`, which goes through all objects of the file."""
-    return bpy.context.view_layer.objects.get(control.name) == control or bool(control.users_scene)
+def _is_in_a_collection(control):
+    """As `control.users_collection`, which goes through all objects of the file."""
+    return bpy.context.view_layer.objects.get(control.name) == control or bool(control.users_collection)
 
 
 def owner_of(control):
@@ -146,15 +140,11 @@ def add_control(obj, handle, rest_points, shown_points):
     It is a child of the object, so that moving the object moves both and poses nothing.
     """
     control = bpy.data.objects.new(f"{obj.name} {handle.name}", None)
-    for collection in obj.users_collection or (bpy.context.scene.collection,):
-        collection.objects.link(control)
-    views.show_in_local_views(control, obj)
+    put_beside(obj, control)
     control.empty_display_type = 'CUBE'
     control.empty_display_size = _size(obj, shown_points)
     control.show_in_front = True
     paint(control, handle)
-    control.parent = obj
-    orphans.made(control, obj)
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
     frame = control_places.unscaled(obj)
@@ -170,6 +160,30 @@ def add_control(obj, handle, rest_points, shown_points):
     (transform,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, transform)
     return control
+
+
+def put_beside(obj, control):
+    """Makes a control of `obj` its child, in collections for controls beside it, which exports can leave out."""
+    homes = [each for each in obj.users_collection if each.library is None and each.override_library is None]
+    homes = homes or [bpy.context.scene.collection]
+    for home in {_place_for_controls(each) for each in homes}:
+        home.objects.link(control)
+    control.parent = obj
+    orphans.made(control, obj)
+    views.show_in_local_views(control, obj)
+    if obj.visible_get() and not control.visible_get():  # the artist has put the others out of sight
+        for home in homes:
+            home.objects.link(control)
+
+
+def _place_for_controls(collection):
+    for each in (collection, *collection.children):
+        if ids.CONTROLS_MARK in each:
+            return each
+    made = bpy.data.collections.new(ids.CONTROLS_COLLECTION)
+    made[ids.CONTROLS_MARK] = True
+    collection.children.link(made)
+    return made
 
 
 def choose(handle, control, rest_relation, made=True):
@@ -193,8 +207,7 @@ def remove_control(handle):
             world = child.matrix_world.copy()
             child.parent = None
             child.matrix_world = world
-        actions.remove_action(control)
-        bpy.data.objects.remove(control)
+        orphans.delete(control)
 
 
 def remove_handle(obj, index):

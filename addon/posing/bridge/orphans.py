@@ -1,51 +1,87 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls that were made for a mesh go with it when the artist deletes it.
+"""Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted.
 
-Names alone are kept: undo and redo bring the same ones back.
+Objects are known by what tells them apart while the file is open. Since Blender may put a new object where a deleted
+one was, our Empties bear a mark, too.
 """
 
 import bpy
 
+from ... import compat, ids
 from ...scene import actions
 
-_made_for = {}  # name of a control: name of the mesh object that it was made for
+_made_for = {}  # session key of a control that was seen in a collection: that of the mesh that it was made for
+_orphans = set()  # session keys of those whose mesh is gone
+_count = 0  # of the file's objects when they were looked through last
 
 
 def made(control, obj):
-    _made_for[control.name] = obj.name
+    control.meanvalue.is_control = True
+    _made_for[compat.session_key(control)] = compat.session_key(obj)
+
+
+def is_deleted(handle):
+    """Whether the artist has deleted the control that was made for `handle`: nothing else uses it any more, but it was
+    seen in a collection. So one that was appended with its mesh is none, nor one whose collection was unlinked; nor one
+    with animation, which is no use to anybody else. On any thread."""
+    control = handle.control
+    if control is None or not handle.made_control:
+        return handle.made_control
+    key = compat.session_key(control)
+    if control.users > 1 + (handle.attached == control):
+        if key not in _made_for:
+            _made_for[key] = compat.session_key(handle.id_data)
+        return False
+    return key in _made_for and not actions.is_animated(control)
 
 
 def note():
-    """Takes down whose controls there are; what is known of deleted ones is kept for redo."""
+    """After loading or undo: takes down whose controls there are."""
     for obj in bpy.data.objects:
         if obj.type == 'MESH':
             for handle in obj.meanvalue.handles:
                 if handle.made_control and handle.control is not None:
-                    made(handle.control, obj)
+                    handle.control.meanvalue.is_control = True
+                    is_deleted(handle)
 
 
 def forget():
+    global _count
+    _count = 0
     _made_for.clear()
+    _orphans.clear()
 
 
 def are_there():
-    """Whether a mesh with controls is gone, or called otherwise. Cheap."""
-    objects = bpy.data.objects
-    return any(mesh not in objects and control in objects for control, mesh in _made_for.items())
+    """Whether a mesh with controls is gone. Cheap."""
+    global _count
+    count = len(bpy.data.objects) if _made_for else 0
+    if count < _count:
+        there = {compat.session_key(obj) for obj in bpy.data.objects}
+        for control in [each for each in _made_for if each not in there]:
+            del _made_for[control]
+        _orphans.update(control for control, mesh in _made_for.items() if mesh not in there)
+    _count = count
+    return bool(_orphans)
 
 
 def remove():
-    """Removes the controls of meshes that are gone. Not in a handler."""
-    note()
-    for name, mesh in list(_made_for.items()):
-        control = bpy.data.objects.get(name)
-        if control is None or mesh in bpy.data.objects:
-            continue
-        del _made_for[name]
-        if control.type == 'EMPTY' and control.parent is None and not _is_used(control):
-            actions.remove_action(control)
-            bpy.data.objects.remove(control)
-            _made_for[name] = mesh  # redo brings it back
+    """Removes the controls of meshes that are gone, but for those with animation. Not in a handler."""
+    for control in [each for each in bpy.data.objects if compat.session_key(each) in _orphans]:
+        is_ours = control.type == 'EMPTY' and control.meanvalue.is_control and control.parent is None
+        if is_ours and not actions.is_animated(control) and not _is_used(control):
+            delete(control)
+    _orphans.clear()
+
+
+def delete(control):
+    """With its action, and the collection that was made for controls if it is the last in there."""
+    homes = [each for each in control.users_collection if ids.CONTROLS_MARK in each]
+    actions.remove_action(control)
+    bpy.data.objects.remove(control)
+    for collection in homes:
+        if not collection.objects and not collection.children:
+            bpy.data.collections.remove(collection)
 
 
 def _is_used(control):

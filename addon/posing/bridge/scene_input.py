@@ -10,7 +10,7 @@ from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import controls, examples, members, targets
+from . import examples, members, orphans, targets
 
 
 class HandleReading:
@@ -42,7 +42,7 @@ class HandleReading:
 
     @staticmethod
     def signature(obj):
-        deleted = tuple(handle.name for handle in obj.meanvalue.handles if controls.is_deleted(handle))
+        deleted = tuple(handle.name for handle in obj.meanvalue.handles if orphans.is_deleted(handle))
         return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted, examples.keys(obj)
 
     def result(self, obj):

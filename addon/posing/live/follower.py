@@ -6,7 +6,7 @@ import numpy as np
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import mesh_arrays, rig_space, shape_keys
+from ...scene import actions, mesh_arrays, rig_space, shape_keys
 from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
@@ -39,9 +39,9 @@ class Follower(Following):
 
     READS = scene_input.HandleReading
     FOLLOWS = "controls"
+    AND_EXPORTS = ", and leave the collection of the controls out of exports"
     LABEL = "Live"
 
-    why_hidden = staticmethod(shape_keys.why_result_is_hidden)
     _cached_binding = staticmethod(session.cached)
     _make_key = staticmethod(shape_keys.ensure_result_key)
 
@@ -54,12 +54,20 @@ class Follower(Following):
         obj.meanvalue.live = is_on
 
     @staticmethod
+    def why_hidden(obj):
+        return shape_keys.why_result_is_hidden(obj) or targets.stillness(obj)
+
+    @staticmethod
+    def is_animated(obj):
+        return any(actions.is_animated(handle.control) for handle in targets.moved_handles(obj))
+
+    @staticmethod
     def places(obj, depsgraph):
-        """Where the controls are in the object's space, as numbers to be compared."""
+        """Where the controls are in the object's space, as numbers to be compared. On any thread."""
         world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
         rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
         found = []
-        for handle in targets.followed_handles(obj):
+        for handle in targets.moved_handles(obj):
             control = handle.control
             if control in rigs:
                 continue

@@ -150,11 +150,16 @@ def _ignored(obj, bind_input, name):
 
 
 def _make_own_controls(obj):
-    """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many."""
+    """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many.
+
+    Those that belong to this one and are in no collection, as when it was appended alone, are put back."""
     handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
     handles = [handle for handle in handles if controls.why_it_is_missing(obj, handle)]
     for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
-        new_handles.make_handle(obj, handle, vertices, handle.color)
+        if handle.made_control and controls.owner_of(handle.control) == obj:
+            controls.put_beside(obj, handle.control)
+        else:
+            new_handles.make_handle(obj, handle, vertices, handle.color)
     return len(handles)
 
 

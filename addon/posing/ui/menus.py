@@ -45,7 +45,7 @@ class MEANVALUE_MT_apply(bpy.types.Menu):
         layout.operator("meanvalue.apply_pose", icon='MESH_DATA')
         layout.operator(finish, text="Apply and Finish", icon='CHECKMARK').keep = 'REST'
         layout.separator()
-        layout.operator(finish, text="Cancel", icon='X').keep = 'NOTHING'
+        layout.operator(finish, text="Discard Pose and Handles", icon='X').keep = 'NOTHING'
 
 
 class MEANVALUE_MT_pose(bpy.types.Menu):

@@ -9,7 +9,7 @@ from ...scene import key_marks, mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay, panels
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
-from ..bridge import bound_record, controls, members, scene_input, targets
+from ..bridge import bound_record, controls, members, orphans, scene_input, targets
 from ..operators import tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -42,7 +42,7 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
             shown = bpy.types.UI_UL_list.filter_items_by_name(self.filter_name, self.bitflag_filter_item, handles)
         else:
             shown = [self.bitflag_filter_item] * len(handles)
-        return [0 if controls.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
+        return [0 if orphans.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
 
 
 class MEANVALUE_UL_kept_poses(bpy.types.UIList):
