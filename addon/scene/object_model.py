@@ -65,6 +65,7 @@ class ObjectModel:
     content       rises with every edit
     rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
+    overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
@@ -72,7 +73,7 @@ class ObjectModel:
     def __init__(self, obj, kind):
         self.kind = kind
         self.rig_revision, self.rig_moved_at = next(_numbers), -math.inf
-        self.written = None
+        self.written = self.overwritten = self._rest = None
         self.is_unchecked = self.is_watched = False
         self.content = next(_numbers)
         self.told_at = -math.inf
@@ -115,7 +116,8 @@ class ObjectModel:
 
     def wrote(self, shape):
         """The add-on has written the n x 3 float32 `shape` to its key just now."""
-        self.written = shape
+        self.written, self.overwritten = shape, None
+        self._rest = next((rest for name, rest in self._shapes() if not name), None)
 
     def was_told_within(self, seconds):
         """Whether Blender has told of an edit in the last `seconds`."""
@@ -199,7 +201,9 @@ class ObjectModel:
         if self.written is not None:
             key = self.kind.written_key(obj)
             is_held = key is not None and np.array_equal(shape_keys.positions(key), self.written)
-            self.written = self.written if is_held else None
+            if not is_held:  # where the rest shape is another, the key has only gone along
+                is_edited = any(not name and np.array_equal(rest, self._rest) for name, rest in shapes)
+                self.overwritten, self.written = self.written if is_edited else None, None
         self.is_unchecked = False
 
     def _shapes(self):
@@ -229,7 +233,7 @@ def edited(obj):
     """The add-on itself has changed what `obj` is posed by."""
     for _key, model in known_models(obj):
         model.edited()
-        model.written = None
+        model.written = model.overwritten = None
 
 
 def quiet_in():

@@ -3,6 +3,7 @@
 
 import bmesh
 import bpy
+import numpy as np
 
 from .. import compat, ids
 from ..errors import SceneError
@@ -19,6 +20,9 @@ ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Propert
 
 #: On the datablock of a mesh's keys: without it the Basis is the artist's, to be kept.
 MADE = "meanvalue_made"
+
+#: And what posing wrote last, as a digest.
+WRITTEN = "meanvalue_written"
 
 
 def make_basis(obj):
@@ -138,15 +142,42 @@ def write_positions(mesh, key, shape):
     """Writes n x 3 float32 `shape` into a shape key."""
     store, attribute = compat.key_store(key)
     store.foreach_set(attribute, shape.ravel())
+    if key_marks.role(key) == Role.POSE:
+        mesh.shape_keys[WRITTEN] = _digest(key, shape)
     # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
     mesh.shape_keys.update_tag()
 
 
 def write_result(obj, result):
     """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
+    key = pose_key.result(obj)
+    note = keep_edit(obj, positions(key))[1] if key is not None else None
     notes = ensure_result_key(obj)
-    write_positions(obj.data, obj.data.shape_keys.key_blocks[obj.meanvalue.result_key], result)
-    return notes
+    write_positions(obj.data, pose_key.result(obj), result)
+    return [*notes, note] if note else notes
+
+
+def _digest(key, shape):
+    """Of n x 3 float32 and the mark of their key: text, as a datablock keeps it."""
+    return f"{key.slider_min:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint64)}"
+
+
+def keep_edit(obj, held, ours=None):
+    """What the artist has made of the result, in Edit or Sculpt Mode, becomes a key of its own, which none writes.
+
+    held: n x 3 float32 of the result; ours: what was written there last, where that is known: then the edit lies on
+    top of the pose, else all of it is kept at value 0. Returns (what the result holds now, a note or None).
+    """
+    key, written = result(obj), obj.data.shape_keys.get(WRITTEN, "") if obj.data.shape_keys else ""
+    is_ours = key is None or written.split(" ")[0] != f"{key.slider_min:.9g}" or written == _digest(key, held)
+    fits = ours is not None and len(ours) == len(held)
+    if is_ours or not (fits or obj.active_shape_key == key) or not np.isfinite(held).all():
+        return held, None
+    kept = add_shape(obj, f"{key.name} Edit", rest_positions(obj.data) + (held - ours) if fits else held)
+    kept.value, held = float(fits), ours if fits else held
+    write_positions(obj.data, key, held)
+    where = "lies on top of the pose" if fits else "has value 0"
+    return held, f"What was edited in '{key.name}' is kept as shape key '{kept.name}', which {where}"
 
 
 def result_positions(obj):

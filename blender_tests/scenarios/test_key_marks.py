@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shape keys of the add-on are known by a mark, whatever they are called; those of the artist are never written."""
 
+import bmesh
 import bpy
 import numpy as np
+import pytest
 from support import handles, meshes, steps
 from support.handles import move
 
@@ -118,3 +120,58 @@ def test_what_is_off_has_the_value_0():
     obj.meanvalue.result_key = "Next"
     handles.update()
     assert (blocks(obj)["Grin"].mute, blocks(obj)["Grin"].value, blocks(obj)["Next"].value) == (True, 0.0, 1.0)
+
+
+def edit_in(mode, obj, name="Mean-Value", vertex=70, offset=0.3):
+    meshes.activate(obj)
+    obj.active_shape_key_index = blocks(obj).find(name)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == 'EDIT':
+        bm = bmesh.from_edit_mesh(obj.data)
+        bm.verts.ensure_lookup_table()
+        bm.verts[vertex].co.y += offset
+        bmesh.update_edit_mesh(obj.data)
+    else:
+        blocks(obj)[name].data[vertex].co.y += offset
+    bpy.ops.object.mode_set(mode='OBJECT')
+    handles.update()
+
+
+@pytest.mark.parametrize("mode", ['EDIT', 'SCULPT'])
+def test_an_edit_of_the_pose_lies_on_top_of_it(mode):
+    obj, control = posed()
+    posed_shape = meshes.seen(obj)
+    edit_in(mode, obj)
+    wanted = posed_shape.copy()
+    wanted[70, 1] += 0.3
+    assert blocks(obj).keys() == ["Basis", "Mean-Value", "Mean-Value Edit"]
+    assert np.abs(meshes.seen(obj) - wanted).max() < 2e-3
+    move(control, (0.5, 0.0, 0.0))
+    move(control, (-0.5, 0.0, 0.0))
+    assert np.abs(meshes.seen(obj) - wanted).max() < 5e-3
+    assert blocks(obj).keys() == ["Basis", "Mean-Value", "Mean-Value Edit"]
+
+
+def test_an_edit_without_live_is_kept_by_the_next_solve(tmp_path):
+    obj, _control = posed()
+    obj.meanvalue.live = False
+    edit_in('EDIT', obj)
+    edited = handles.shown(obj)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "edited.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "edited.blend"))
+    obj = bpy.data.objects["Tube"]
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value Edit"), edited)
+    assert blocks(obj)["Mean-Value Edit"].value == 0.0 and not np.array_equal(handles.shown(obj), edited)
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert len(blocks(obj)) == 3
+
+
+@pytest.mark.parametrize("is_live", [True, False])
+def test_an_edit_of_the_rest_shape_is_no_edit_of_the_pose(is_live):
+    obj, control = posed()
+    obj.meanvalue.live = is_live
+    edit_in('EDIT', obj, "Basis")
+    move(control, (0.5, 0.0, 0.0))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'} == bpy.ops.meanvalue.solve()
+    assert blocks(obj).keys() == ["Basis", "Mean-Value"]

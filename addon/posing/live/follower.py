@@ -3,10 +3,11 @@
 
 import numpy as np
 
+from ... import wording
 from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, mesh_arrays, rig_space, shape_keys
+from ...scene import actions, mesh_arrays, rig_space, shape_keys, views
 from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
@@ -143,9 +144,13 @@ class Follower(Following):
 
     def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        written = self._model(obj).written
-        is_first = written is None
-        shown = shape_keys.held(obj, obj.meanvalue.result_key) if is_first else written
+        shown = self._model(obj).written
+        is_first = shown is None
+        if is_first:
+            held = shape_keys.held(obj, obj.meanvalue.result_key)
+            shown, note = shape_keys.keep_edit(obj, held, self._model(obj).overwritten)
+            if note:
+                views.say(wording.sentence(note))
         drag = self._drag
         if is_first or drag is None or drag.binding is not binding:
             self._end_early()
