@@ -53,7 +53,7 @@ def draw_top(layout, context, obj):
         return False
     layout.label(text="A bake plays", icon='PLAY')
     draw_wrapped(layout, context, record.note)
-    layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Remove", icon='X')
+    layout.operator(MEANVALUE_OT_unbake.bl_idname, icon='X')
     if obj.meanvalue.handles:
         layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep Bake, Remove Handles").keep_bake = True
     return True

@@ -111,7 +111,6 @@ def _draw_pairs(layout, obj, capture):
     buttons = layout.row(align=True)
     buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
     buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='REMOVE').remove = True
-    buttons.prop(capture, "show_pairs", text="", icon='OVERLAY')
     matched = len(marker_pairs.matched(obj))
     picked = sum(pair.is_picked for pair in capture.pairs)
     found = f"{matched} of {len(capture.pairs)} matched, {picked} picked"

@@ -182,9 +182,6 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     active_pair: IntProperty(
         name="Active Marker", min=0, update=lambda capture, _context: marker_pairs.select_active(capture.id_data)
     )
-    show_pairs: BoolProperty(
-        name="Lines", description="Show a line from each marker to its point on the mesh", default=True
-    )
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_marker_problem, MEANVALUE_PG_take, MEANVALUE_PG_marker_pair, MEANVALUE_PG_capture)

@@ -23,7 +23,6 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
         row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, icon='EYEDROPPER')
         if settings.pairs:
             row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, text="", icon='X').clear = True
-            row.prop(settings, "show_pairs", text="", icon='OVERLAY')
             layout.label(text=f"Pairs picked: {len(settings.pairs)}")
         wrap = layout.column()
         wrap.scale_y = 1.4

@@ -2,14 +2,7 @@
 """What Wrap fits an object onto, and the pairs that it goes by: `object.meanvalue.wrap`."""
 
 import bpy
-from bpy.props import (
-    BoolProperty,
-    CollectionProperty,
-    FloatVectorProperty,
-    IntProperty,
-    PointerProperty,
-    StringProperty,
-)
+from bpy.props import CollectionProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
 from ..scene.declarations import aside
 
@@ -33,9 +26,6 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
         poll=lambda group, candidate: candidate.type == 'MESH' and candidate != group.id_data,
     )
     pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
-    show_pairs: BoolProperty(
-        name="Lines", description="Show a line from each picked vertex to its place on the other mesh", default=True
-    )
     made: StringProperty(options={'HIDDEN'})  # the shape key that the last wrap wrote
 
 

@@ -33,10 +33,10 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     yield from ui.key('RET')
     assert ui.status_text() is None
     yield from ui.screenshot("wrap_01_picked")
-    bpy.data.objects["Ball"].meanvalue.wrap.show_pairs = False
+    bpy.data.objects["Ball"].meanvalue.show_overlay = False
     yield from ui.screenshot("wrap_01_without_lines")
     assert _share_that_differs(ui, "wrap_01_picked", "wrap_01_without_lines") > 0.9
-    bpy.data.objects["Ball"].meanvalue.wrap.show_pairs = True
+    bpy.data.objects["Ball"].meanvalue.show_overlay = True
 
     yield from ui.invoke("meanvalue.wrap")
     yield from ui.wait_until(lambda: bpy.data.objects["Ball"].data.shape_keys is not None, "the mesh is fitted")

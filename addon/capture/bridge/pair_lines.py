@@ -19,8 +19,6 @@ ACTIVE_COLOR = (1.0, 1.0, 1.0, 1.0)
 def lines(obj):
     """The Lines of a mesh object, where its vertices are to be seen now."""
     capture = obj.meanvalue.capture
-    if not capture.show_pairs:
-        return NOTHING
     pairs = [pair for pair in capture.pairs if pair.distance >= 0.0 and 0 <= pair.vertex < len(obj.data.vertices)]
     if not pairs:
         return NOTHING

@@ -24,8 +24,6 @@ def lines(obj):
     A vertex whose place is still missing has a line of no length.
     """
     settings = obj.meanvalue.wrap
-    if not settings.show_pairs:
-        return NOTHING
     count = len(obj.data.vertices)
     pairs = [pair for pair in settings.pairs if pair.vertex < count] if settings.target is not None else []
     alone = [begun[1]] if begun is not None and begun[0] == obj.name and begun[1] < count else []
