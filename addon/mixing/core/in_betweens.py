@@ -57,7 +57,7 @@ def found(solve, ranges, tolerance, most, common):
     for values in settings:
         left.append((yield from solve(values)))
     left = np.array(left)
-    shapes, last = [], {(): np.inf}
+    straight, shapes, last = _height(left), [], {(): np.inf}
 
     def lacking(orders):
         values = np.zeros(len(knots))
@@ -87,7 +87,8 @@ def found(solve, ranges, tolerance, most, common):
         if _height(without) <= max(ROOM * tolerance, _height(left)):
             left = without
             shapes.remove(each)
-    return Found(tuple(shapes), _height(left))
+    error = _height(left)
+    return Found(tuple(shapes), error) if error < straight else Found((), straight)
 
 
 def _next_to(last, knots, common):
