@@ -36,11 +36,26 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
                 draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
             return
         _draw_reference(layout, obj, capture)
-        _draw_options(layout, capture)
         match = layout.column()
         match.scale_y = 1.4
         match.operator(MEANVALUE_OT_match_markers.bl_idname, icon='SNAP_ON')
         _draw_pairs(layout, obj, capture)
+
+
+class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
+    """How markers are laid on the mesh, and what becomes of their gaps"""
+
+    bl_label = "Matching"
+    bl_parent_id = MEANVALUE_PT_capture.bl_idname
+    bl_options = {'DEFAULT_CLOSED'}
+
+    @classmethod
+    def poll(cls, context):
+        obj = subject.of(context)
+        return subject.object_problem(obj) is None and takes.is_take(obj.meanvalue.capture.take)
+
+    def draw(self, context):
+        _draw_options(self.layout, subject.of(context).meanvalue.capture)
 
 
 def _draw_take(layout, context, capture):
@@ -164,4 +179,4 @@ def _length(context, metres):
     )
 
 
-CLASSES = (MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems, MEANVALUE_PT_capture)
+CLASSES = (MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems, MEANVALUE_PT_capture, MEANVALUE_PT_matching)

@@ -14,7 +14,7 @@ from .operators.import_values import MEANVALUE_OT_import_values
 
 
 class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
-    """Values of the shape keys that the mesh has"""
+    """Values of the shape keys that the mesh has: by hand, and from a file"""
 
     bl_idname = "MEANVALUE_PT_sliders"
     bl_label = "Shape Key Values"
@@ -29,6 +29,17 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
         if driven_keys.is_on(obj):
             layout.operator(MEANVALUE_OT_add_corrective.bl_idname, icon='SHAPEKEY_DATA')
         layout.operator(MEANVALUE_OT_import_values.bl_idname, icon='IMPORT')
+
+
+class MEANVALUE_PT_bake_values(PanelPart, bpy.types.Panel):
+    """Values of the shape keys with which the mesh follows its animated handles, or markers"""
+
+    bl_parent_id = MEANVALUE_PT_sliders.bl_idname
+    bl_label = "From Handles or Markers"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context):
+        layout, obj = column_of_settings(self.layout), subject.of(context)
         settings = obj.meanvalue.bake_values
         layout.prop(settings, "source")
         if settings.source == 'MARKERS':
@@ -49,4 +60,4 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
         bake.operator(MEANVALUE_OT_bake_values.bl_idname, icon='REC')
 
 
-CLASSES = (MEANVALUE_PT_sliders,)
+CLASSES = (MEANVALUE_PT_sliders, MEANVALUE_PT_bake_values)

@@ -11,10 +11,13 @@ from mathutils import Matrix
 from ...posing.bridge import control_places, controls, members
 from ...scene import actions
 from ...scene.core import motion, sample_times
-from . import marker_pairs
+from . import marker_pairs, takes
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
 CONTROL_SIZE = 0.006
+
+#: Of what was imported, once controls stand for it, over the mesh's size: it would hide the mesh.
+IMPORTED_SIZE = 0.5 * CONTROL_SIZE
 
 #: Radius of a cuff's control over that of the limb.
 AROUND = 1.15
@@ -35,6 +38,9 @@ def update_handles(obj, matched):
                 pair.vertex = -1
             pair.distance = -1.0
     marker_pairs.list_markers(capture)
+    for empty in takes.markers(capture.take):
+        if empty.library is None:
+            empty.empty_display_size = min(empty.empty_display_size, IMPORTED_SIZE * matched.world_size)
     capture.alignment = matched.alignment.ravel()
     capture.mesh_size = matched.size
     capture.reference_frame = matched.frame

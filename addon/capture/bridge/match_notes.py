@@ -23,9 +23,8 @@ def of_frame(given, frame):
 def of_retargeting(given, markers):
     if given.options.mode == 'RETARGET' and given.picked.isdisjoint(markers.labels):
         yield (
-            "Retarget takes the character's lengths from picked points; none are picked, so lengths are as captured, "
-            "but for legs that are an unusual share of the body. Pick the points of hips, knees, ankles, shoulders, "
-            "elbows and wrists, and match again"
+            "Retarget takes the character's lengths from picked points, and none are picked. Pick the points of hips, "
+            "knees, ankles, shoulders, elbows and wrists, and match again"
         )
 
 
@@ -33,9 +32,8 @@ def of_placeless(joints):
     """Says which joints of a skeleton have no handle."""
     if joints:
         yield (
-            f"Without a known place on the body, and so without a handle: {wording.counted(len(joints), 'joint')} of "
-            f"the skeleton, {wording.quoted(joints)}. They would pull at skin that is not theirs. Choose a Landmark, "
-            "or pick the point, of those that should have one"
+            f"{wording.counted(len(joints), 'joint')} without a known place on the body and without a handle: "
+            f"{wording.quoted(joints)}. Choose a Landmark, or pick the point, of those that should have one"
         )
 
 
@@ -45,10 +43,9 @@ def of_limbs(markers):
     if unknown:
         known = sum(1 for place in markers.landmarks if place)
         yield (
-            f"Of {wording.counted(len(markers.labels), 'marker')} the place on the body is known of {known}, and not "
-            f"of those that tell how {wording.listed(unknown)} lie, so these are taken as they are in the reference "
-            "frame, and the mesh is bent wrongly if it stands otherwise. Choose the Landmark of shoulders, elbows, "
-            "hips (or the front of the pelvis) and knees in the list, and match again"
+            f"The place on the body is known of {known} of {wording.counted(len(markers.labels), 'marker')}, and "
+            f"nothing tells how {wording.listed(unknown)} lie. If the mesh bends wrongly, choose the Landmark of "
+            "shoulders, elbows, hips and knees in the list, and match again"
         )
 
 
@@ -76,6 +73,5 @@ def of_cuffs(found, refused):
     if refused:
         yield (
             f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
-            f"{max(refused.values()):.2g} of their distance from the limb's axis ({cuffs.ROLL:.2g} is allowed), so its "
-            "roll is not known. One more marker to the side would tell it"
+            f"{max(refused.values()):.2g} of their distance from the axis ({cuffs.ROLL:.2g} is allowed)"
         )

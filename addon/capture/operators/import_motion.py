@@ -83,10 +83,9 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         if self.extend_range:
             self._extend(context.scene, read, frames)
         _go_on_with(context, collections)
-        lines = [_account(take, collection) for take, collection in zip(read, collections, strict=True)]
-        for line in lines[:-1]:
-            self.report({'INFO'}, wording.sentence(line))
-        return self.tell(lines[-1], [note for pair in zip(read, frames, strict=True) for note in _empty_ends(*pair)])
+        for take, collection, times in zip(read, collections, frames, strict=True):
+            self.tell(_account(take, collection), [*_empty_ends(take, times)])
+        return {'FINISHED'}
 
     def draw(self, _context):
         layout = self.layout
@@ -178,17 +177,16 @@ def _go_on_with(context, collections):
 
 
 def _account(take, collection):
-    """What was read of one file, in numbers."""
+    """What was read of one file, in numbers: sentences."""
     gaps = sum(len(sample_times.runs(~column)) for column in take.measured.T)
-    parts = [
+    kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
+    return [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
         f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
-        f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "no gaps",
+        f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "No gaps",
+        *([f"Left out, since they are no markers: {kinds}"] if kinds else []),
+        *take.notes,
     ]
-    if take.left_out:
-        kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
-        parts.append(f"Left out as no markers: {kinds}")
-    return ". ".join([", ".join(parts), *take.notes])
 
 
 FILE_HANDLERS = ()

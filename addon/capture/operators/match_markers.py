@@ -54,15 +54,14 @@ def _shared(obj, matched):
 
 
 def _account(obj, matched):
-    parts = [
-        f"{wording.counted(len(matched.names), 'marker')} matched to '{obj.name}' at frame {matched.frame:g}, "
-        f"{_far(matched, matched.distance.mean())} from it on average, at most "
+    follows = obj.meanvalue.live or obj.meanvalue.baked.target
+    return [
+        f"{wording.counted(len(matched.names), 'marker')} matched to '{obj.name}' at frame {matched.frame:g}"
+        + ("" if follows else ". Press Live, or Bake"),
+        f"They lie {_far(matched, matched.distance.mean())} from it on average, at most "
         f"{_far(matched, matched.distance.max())} ('{matched.names[int(matched.distance.argmax())]}')",
-        *map(wording.first_upper, matched.told),
+        *matched.told,
     ]
-    if not obj.meanvalue.live and not obj.meanvalue.baked.target:
-        parts.append("To see the mesh follow, press Live, or Bake")
-    return ". ".join(parts)
 
 
 def _far(matched, distance):
