@@ -26,6 +26,8 @@ class ListeningLayout:
 
     def __getattr__(self, name):
         def call(*arguments, **options):
+            if name == "template_list":  # or what is below would move under the mouse as it is filled
+                assert options["rows"] == options.get("maxrows", 5)
             words = [str(argument) for argument in arguments if isinstance(argument, str)]
             self.told.append(" ".join([name, *words, str(options.get("text", ""))]))
             return ListeningLayout(self.told)
@@ -115,15 +117,6 @@ def test_at_most_20_controls_with_handles(draw):
     assert "menu MEANVALUE_MT_apply" in text
 
 
-def test_every_button_is_there(draw):
-    text = draw(meshes.grid(), is_all_open=True).text
-    names = "add_handle bind solve_from_key grow_region paint_region copy_system_info"
-    for name in names.split():
-        assert f"operator meanvalue.{name}" in text
-    for name in ("roi_group", "method", "rigidity", "result_key"):
-        assert name in text
-
-
 def test_the_status_tells_only_what_is_to_be_done(draw):
     obj = meshes.grid()
     steps.list_anchors(obj, A=[0, 4, 20])
@@ -179,7 +172,7 @@ def test_menus():
 def test_drawing_changes_nothing(draw):
     obj = steps.posed_grid(meshes.textured_grid())
     before = snapshot(obj)
-    draw(obj)
+    draw(obj, is_all_open=True)
     assert_same(before, snapshot(obj))
 
 

@@ -85,16 +85,6 @@ def member_count(obj, number):
     return None if reading is None or number >= len(reading.members) else len(reading.members[number])
 
 
-def example_count(obj):
-    """How many shapes show how the mesh bends; None where none should, and while that is not known."""
-    known = model(obj)
-    try:
-        found = known.result(obj).examples if known.is_known else None
-    except SceneError:
-        return None
-    return None if found is None else len(found.names)
-
-
 def gather(obj, reading=None, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 

@@ -175,9 +175,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         like.prop(settings, "pose_like")
         if settings.pose_like == ids.LIKE_RIG:
             layout.operator("meanvalue.sample_rig_poses", icon='ARMATURE_DATA')
-        count = scene_input.example_count(subject.of(context))
-        if count is not None:
-            layout.label(text=f"{wording.counted(count, 'example')}: a frame takes about twice as long")
         layout.prop(settings, "loose_parts")
         layout.prop(settings, "merge_distance")
         layout.prop(settings, "result_key")
@@ -185,7 +182,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         solve.operator("meanvalue.bind")
         solve.operator("meanvalue.solve_from_key")
         layout.operator_menu_enum("meanvalue.select_problems", "kind", icon='RESTRICT_SELECT_OFF')
-        layout.operator("meanvalue.copy_system_info", icon='COPYDOWN')
 
 
 def _active_handle(obj):
