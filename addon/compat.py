@@ -67,15 +67,19 @@ def curves_to_write(id_block, action):
 
 def curves_to_read(id_block):
     """The F-curves that move `id_block`; none if it is not animated."""
-    animation = id_block.animation_data
-    action = animation.action if animation else None
+    return curves_played(id_block.animation_data) if id_block.animation_data else ()
+
+
+def curves_played(player):
+    """The F-curves that an AnimData plays, or a strip of the NLA."""
+    action = player.action
     if action is None:
         return ()
     if not hasattr(action, "slots"):
         return action.fcurves
-    for layer in action.layers if animation.action_slot else ():
+    for layer in action.layers if player.action_slot else ():
         for strip in layer.strips:
-            bag = strip.channelbag(animation.action_slot)
+            bag = strip.channelbag(player.action_slot)
             if bag is not None:
                 return bag.fcurves
     return ()

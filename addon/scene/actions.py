@@ -41,8 +41,22 @@ def write_vector(id_block, data_path, frames, values):
 
 
 def read_keys(id_block, data_path, index=0):
-    """(frames, values), n float64 each, of the keys of an F-curve; empty if there is none."""
-    curves = compat.curves_to_read(id_block)
+    """(frames, values), n float64 each, of the keys of an F-curve; empty if there is none. What has no action has those
+    of its strips in the NLA, lower tracks first."""
+    animation = id_block.animation_data
+    if animation is None or animation.action is not None or not animation.nla_tracks:
+        return _keys(compat.curves_to_read(id_block), data_path, index)
+    strips = [each for track in animation.nla_tracks if not track.mute for each in track.strips if not each.mute]
+    found = [(np.empty(0), np.empty(0))]
+    for strip in strips:
+        frames, values = _keys(compat.curves_played(strip), data_path, index)
+        is_played = (frames >= strip.action_frame_start) & (frames <= strip.action_frame_end)
+        at = strip.frame_start + strip.scale * (frames - strip.action_frame_start)
+        found.append((at[is_played], values[is_played]))
+    return tuple(np.concatenate(column) for column in zip(*found, strict=True))
+
+
+def _keys(curves, data_path, index):
     curve = curves.find(data_path, index=index) if curves else None
     if curve is None:
         return np.empty(0), np.empty(0)

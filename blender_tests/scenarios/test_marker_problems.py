@@ -100,3 +100,29 @@ def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
     assert (influence[:22] == 1.0).all() and influence[58:] == pytest.approx(1.0, abs=1e-3)
     assert (np.diff(influence[21:30]) < 0.0).all() and (np.diff(influence[50:58]) > 0.0).all()
     assert influence[29] < 0.001 and influence[50] < 0.001
+
+
+def test_a_take_in_the_nla_with_a_marker_that_was_duplicated(tmp_path):
+    """The strips are where the artist has put them, and the copy is no marker of the take."""
+    obj, take = set_up(tmp_path)
+    match()
+    before = [take_files.keys(pair.control, "location") for pair in obj.meanvalue.capture.pairs]
+    for empty in take.objects[:]:
+        action, empty.animation_data.action = empty.animation_data.action, None
+        empty.animation_data.nla_tracks.new().strips.new("Take", 21, action)
+    twin = take.objects[LABELS[2]].copy()
+    twin.animation_data_clear()
+    take.objects.link(twin)
+    obj.meanvalue.capture.reference_frame += 20
+    match()
+    after = [take_files.keys(pair.control, "location") for pair in obj.meanvalue.capture.pairs]
+    for former, latter in zip(before, after, strict=True):
+        assert np.allclose(np.add(former, (20.0, 0.0)), latter, atol=1e-4)
+    one, other = (take.objects[LABELS[number]] for number in (2, 7))
+    assert bpy.ops.meanvalue.swap_markers(marker=LABELS[2], other=LABELS[7], whole_take=True) == {'FINISHED'}
+    bpy.context.scene.frame_set(31)
+    places = [tuple(each.location) for each in (one, other)]
+    for each in (one, other):
+        each.animation_data.action = None
+    bpy.context.scene.frame_set(31)
+    assert np.allclose(places, [tuple(each.location) for each in (other, one)], atol=1e-4)

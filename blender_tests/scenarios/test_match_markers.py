@@ -294,3 +294,23 @@ def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path):
     assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}
     match()
     assert "Jaw" in obj.meanvalue.handles
+
+
+@pytest.mark.parametrize("edit", ["mesh", "keys"])
+def test_what_was_edited_meanwhile_is_not_written_over(tmp_path, monkeypatch, part, edit):
+    obj, _take = set_up(tmp_path)
+    match()
+    matching, control = part("capture.bridge.marker_matching"), obj.meanvalue.handles[3].control
+    find = matching.steps
+
+    def edited(given):
+        if edit == "mesh":
+            obj.data.vertices[5].co.x += 0.1
+        else:
+            control.keyframe_insert("location", frame=40)
+        return find(given)
+
+    monkeypatch.setattr(matching, "steps", edited)
+    with steps.refused("was changed while it was worked on"):
+        match()
+    assert edit == "mesh" or take_files.keys(control, "location")[-1, 0] == 40

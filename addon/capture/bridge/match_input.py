@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, shape_keys
+from ...scene import actions, mesh_arrays, shape_keys
 from ...scene.core import motion
 from ...scene.core.surface import Surface
 from . import marker_landmarks, marker_pairs, takes
@@ -56,6 +56,16 @@ def read(obj):
     """The MatchInput of a mesh object. @throws SceneError."""
     picked = _picked(obj)
     return _read(obj, picked, picked, None)
+
+
+def facts(obj, given):
+    """What matching goes by, and the keys that it writes over, to be compared."""
+    paths = [given.recording, given.standing]
+    arrays = [given.own, given.to_world, given.surface.triangles, *(each.frames for each in paths)]
+    arrays += [each.positions for each in paths]
+    for control in filter(None, (pair.control for pair in marker_pairs.matched(obj))):
+        arrays += [array for axis in range(3) for array in actions.read_keys(control, "location", axis)]
+    return [array.tobytes() for array in arrays], given.used, given.landmarks, given.fixed, vars(given.options)
 
 
 def read_again(obj, name, vertex):

@@ -69,8 +69,12 @@ def remove(collection):
 
 
 def markers(collection):
-    """The Empties of a take, in the order of the file."""
-    return [obj for obj in collection.objects if obj.meanvalue.marker]
+    """The Empties of a take, in the order of the file; of one that was duplicated the first."""
+    found = {}
+    for obj in collection.objects:
+        if obj.meanvalue.marker:
+            found.setdefault(obj.meanvalue.marker, obj)
+    return list(found.values())
 
 
 def labels(collection):
@@ -122,7 +126,7 @@ def read(collection):
 def _keyed(collection, empties):
     """((f, m, 3) where the keys of the m Empties are, NaN for what has none in any of the three; (f,) frames)."""
     curves = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in empties]
-    spans = [(frames[0], frames[-1]) for curve in curves for frames, _ in curve if len(frames)]
+    spans = [(frames.min(), frames.max()) for curve in curves for frames, _ in curve if len(frames)]
     if not spans:
         raise SceneError(
             f"The take '{collection.name}' has no markers with keyframes on their location any more. Import it again"

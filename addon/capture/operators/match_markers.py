@@ -4,7 +4,7 @@
 import bpy
 
 from ... import wording
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import members, scene_input, targets
 from ...scene import shape_keys
 from ...widgets.background import BackgroundOperator
@@ -21,8 +21,13 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 
     def _all_steps(self):
         """In place of a job: numpy's work goes on between looks at the interface, so that Esc is heard."""
-        matched = yield from marker_matching.steps(match_input.read(self.object()))
-        return self._write(self.object(), matched)
+        given = match_input.read(self.object())
+        facts = match_input.facts(self.object(), given)
+        matched = yield from marker_matching.steps(given)
+        obj = self.object()
+        if match_input.facts(obj, match_input.read(obj)) != facts:
+            raise ChangedMeanwhileError(obj.name)
+        return self._write(obj, matched)
 
     def _write(self, obj, matched):
         marker_handles.update_handles(obj, matched)
