@@ -100,7 +100,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
-            "posed. Pin three of its vertices, or choose a region that leaves some of its vertices out"
+            "posed. "
+            + ". ".join(bind_input.notes or ["Pin three of its vertices, or choose a region that leaves some out"])
         )
     return Binding(deformer, summary)
 

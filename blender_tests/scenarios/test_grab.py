@@ -292,3 +292,24 @@ def test_what_is_seen_goes_where_it_is_dragged(make):
     moved = rigs.seen(obj) - before
     assert np.abs(moved[vertex] - (0.3, -0.2, 0.4)).max() < 1e-4 * rigs.size(obj)
     assert np.abs(moved[rigs.BOTTOM]).max() < 1e-4 * rigs.size(obj)
+
+
+def test_without_faces_nothing_is_grabbed():
+    bpy.ops.mesh.primitive_circle_add()
+    with steps.refused("no faces"):
+        bpy.ops.meanvalue.grab(vertex=0, offset=(0.0, 0.0, 0.5))
+    assert not bpy.context.object.meanvalue.handles
+
+
+@pytest.mark.parametrize("far, move, is_told", [(30.0, 0.01, False), (1e3, 5e-4, True), (1e6, 0.5, True)])
+def test_far_from_the_origin_a_grab_follows_or_the_distance_is_told(far, move, is_told, capfd):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=16)
+    obj = bpy.context.object
+    for vertex in obj.data.vertices:
+        vertex.co.y += far
+    top = int(np.argmax([vertex.co.z for vertex in obj.data.vertices]))
+    assert bpy.ops.meanvalue.grab(vertex=top, offset=(move, 0.0, 0.0), size=0.4) == {'FINISHED'}
+    handles.update()
+    told = [capfd.readouterr().out, str(installed.part("live.engine").status(obj))]
+    assert [f"{far:,.0f}"[:-1] in each and "Set Origin" in each for each in told] == [is_told] * 2
+    assert is_told or handles.shown(obj)[top, 0] == pytest.approx(move, abs=1e-4)

@@ -281,3 +281,24 @@ def test_add_handle_gives_the_region_a_size():
     weights = region_weights(obj)
     assert weights[MIDDLE] == weights[MIDDLE + 1] == 1.0
     assert (np.diff(weights[MIDDLE + 1 : MIDDLE + 14]) <= 0.0).all() and weights[MIDDLE + 14] == 0.0
+
+
+@pytest.mark.parametrize("held", [[[k] for k in range(8)], [[4, 5, 6, 7], [0, 1, 2, 3]]])
+@pytest.mark.parametrize("is_pin", [False, True])
+def test_where_all_is_held_each_handle_goes_where_it_is_told(held, is_pin):
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    sides = [(k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4) for k in range(4)]
+    obj = meshes.make_object(corners, [(3, 2, 1, 0), (4, 5, 6, 7), *sides], "Cube")
+    controls = []
+    for members in held:
+        meshes.activate(obj)
+        controls.append(steps.add_handle(obj, f"Held {members}", members, pin=is_pin and len(controls) > 0))
+    move(controls[0], (0.0, 0.0, 0.5))
+    for _ in range(2):
+        moved = shown(obj) - rest(obj)
+        assert np.allclose(moved[held[0]], (0.0, 0.0, 0.5), atol=1e-6)
+        assert not np.delete(moved, held[0], axis=0).any()
+        meshes.activate(obj)
+        steps.solve()
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', frame_range='OWN', frame_start=1, frame_end=3) == {'FINISHED'}
+    assert np.allclose(shown(obj), rest(obj) + moved, atol=1e-6)

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Seams with regions and handles: an open seam behaves as the mesh that is joined there, with no setting."""
 
+import re
+
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, installed, meshes, steps
 from support.handles import rest, shown
 from support.sheets import region_weights
 
@@ -34,12 +36,6 @@ def as_it_is(vertices, faces):
     return vertices, faces
 
 
-def split(vertices, faces):
-    """All faces with corners of their own."""
-    corners = [vertices[each] for face in faces for each in face]
-    return corners, [tuple(range(4 * k, 4 * k + 4)) for k in range(len(faces))]
-
-
 def joined():
     return surface([(-SIDE, SIDE)], as_it_is, "Joined")
 
@@ -49,7 +45,7 @@ def open_seam():
 
 
 def split_faces():
-    return surface([(-SIDE, SIDE)], split, "Split")
+    return surface([(-SIDE, SIDE)], meshes.split, "Split")
 
 
 def positions(obj):
@@ -187,7 +183,43 @@ def test_a_handle_is_found_on_all_copies():
     assert np.allclose(lifts(obj)[(0, 8)], 1.0, atol=1e-4)
 
 
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_two_layers_in_one_place_are_grabbed_as_one(is_turned):
+    tube = meshes.tube(17, 8).data
+    points = [tuple(each.co) for each in tube.vertices]
+    faces = [tuple(each.vertices) for each in tube.polygons if len(each.vertices) == 4]  # open ends, as clothes have
+    other = [tuple(len(points) + each for each in face[:: -1 if is_turned else 1]) for face in faces]
+    obj = meshes.make_object(points + points, faces + other, "Layers")
+    meshes.activate(obj)
+    bpy.ops.meanvalue.grab(vertex=len(points) - 4, offset=(2.0, 0.0, 0.5), size=0.4)
+    moves = np.linalg.norm(shown(obj) - rest(obj), axis=1).reshape(2, -1)
+    assert moves.max() > 1.9 and np.abs(moves[0] - moves[1]).max() < 0.05
+
+
 # -- what is told of it
+
+
+@pytest.mark.parametrize("jitter", [5e-5, 1e-3])
+def test_corners_that_are_nearly_in_one_place_are_told_with_a_distance_that_joins_them(jitter, capfd):
+    vertices, faces = meshes.split([(x, y, 0.0) for y in range(9) for x in range(9)], meshes.grid_faces(9, 9))
+    obj = meshes.make_object(vertices + np.random.default_rng(1).uniform(-jitter, jitter, (len(vertices), 3)), faces)
+    meshes.activate(obj)
+    bpy.ops.meanvalue.grab(vertex=130, offset=(0.0, 0.0, 1.0), size=0.4)
+    handles.update()
+    told = [capfd.readouterr().out, installed.part("live.engine").status(obj)[0]]
+    meshes.activate(obj)
+    bpy.ops.meanvalue.select_problems(kind='GAP')
+    told.append(capfd.readouterr().out)
+    bpy.ops.object.mode_set(mode='OBJECT')
+    names = r"252 vertices .*64 pieces.*Merge Distance (?:to )?([-.e0-9]*[0-9])"
+    distances = [re.search(names, each)[1] for each in told]
+    assert distances == distances[:1] * 3 and 2.0 * jitter < float(distances[0]) < 10.0 * jitter
+    obj.meanvalue.merge_distance = float(distances[0])
+    handles.update()
+    assert meshes.gap(obj) < 10.0 * jitter
+    assert np.count_nonzero((shown(obj) - rest(obj))[:, 2] > 0.05) > 40
+    assert installed.part("live.engine").status(obj) is None
+
 
 
 def test_merged_doubles_are_no_problem_any_more(capfd):

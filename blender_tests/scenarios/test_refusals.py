@@ -152,7 +152,6 @@ CASES = {
     "two parts": (three_points_on_two_parts, BIND, ["Pin three"]),
     "region deleted": (region_deleted, BIND, ["'Arm'"]),
     "region empty": (in_region(), BIND, ["'Arm'"]),
-    "region all held": (in_region(0, 4, 20), BIND, ["Nothing is free to move"]),
     "active key is the basis": (posed(lambda obj: setattr(obj, "active_shape_key_index", 0)), SOLVE, ["rest shape"]),
     "absolute keys": (posed(lambda obj: setattr(obj.data.shape_keys, "use_relative", False)), SOLVE, ["Relative"]),
     "result is the basis": (posed(lambda obj: setattr(obj.meanvalue, "result_key", "Basis")), SOLVE, ["'Basis'"]),

@@ -54,6 +54,27 @@ def test_the_ends_are_the_keys_themselves():
         np.testing.assert_allclose(shown(obj), truth, atol=1e-5)
 
 
+def test_a_soup_stays_closed_where_its_keys_have_it_closed():
+    whole, faces = bent_limb.limb()
+    corners = np.concatenate(faces)
+    obj = meshes.make_object(*meshes.split(whole, faces), "Soup")
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Bend", from_mix=False)
+    key.data.foreach_set("co", bent_limb.bent(whole, 140.0)[corners].astype(np.float32).ravel())
+    obj.meanvalue.mix.is_on = True
+    for value in (0.5, 1.0):
+        set_value(obj, "Bend", value)
+        assert meshes.gap(obj) == 0.0
+    bake(obj)
+    obj.meanvalue.mix.is_on = False
+    set_value(obj, "Bend", 0.5)
+    assert meshes.gap(obj) < 1e-5 and np.abs(shown(obj) - bent_limb.bent(whole, 70.0)[corners]).max() < 0.3
+    key.data[0].co.z += 1.0  # opens the seam there
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Bend", 0.4)
+    assert meshes.gap(obj) > 0.1
+
+
 def test_off_it_goes_in_straight_lines_again():
     obj = bending()
     before = snapshot(obj)

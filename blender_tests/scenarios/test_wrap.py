@@ -45,6 +45,16 @@ def pick(obj, other, vertices=tuple(PAIRS)):
         assert bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(places[vertex])) == {'FINISHED'}
 
 
+def test_a_split_mesh_stays_closed():
+    obj = ball("Ball", 12, 16)
+    points = [vertex.co for vertex in obj.data.vertices]
+    obj = meshes.make_object(*meshes.split(points, [face.vertices for face in obj.data.polygons]), "Split")
+    obj.meanvalue.wrap.target = ball("Egg", 14, 20, (1.0, 1.1, 1.3))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    assert meshes.gap(obj) == 0.0 and meshes.seen(obj)[:, 2].max() > 1.25
+
+
 def in_the_world(obj, points):
     matrix = np.array(obj.matrix_world)
     return points @ matrix[:3, :3].T + matrix[:3, 3]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Small mesh objects by class, active and in Object Mode."""
 
+import itertools
 import math
 
 import bpy
@@ -36,7 +37,7 @@ def grid(columns=5, rows=5, name="Grid"):
     vertices = [
         (column, row, 0.3 * math.sin(1.3 * column + 0.4 * row)) for row in range(rows) for column in range(columns)
     ]
-    return make_object(vertices, _grid_faces(columns, rows), name)
+    return make_object(vertices, grid_faces(columns, rows), name)
 
 
 def textured_grid(columns=5, rows=5):
@@ -77,11 +78,28 @@ def two_parts():
     """Two separate 4 x 4 grids in one mesh: vertices 0-15 and 16-31."""
     first = [(column, row, 0.2 * column * row) for row in range(4) for column in range(4)]
     second = [(x + 10.0, y, z) for x, y, z in first]
-    faces = _grid_faces(4, 4)
+    faces = grid_faces(4, 4)
     return make_object(first + second, faces + [tuple(16 + i for i in face) for face in faces], "Two Parts")
 
 
-def _grid_faces(columns, rows):
+def split(vertices, faces):
+    """(vertices, faces), all faces with corners of their own."""
+    ends = np.cumsum([0, *map(len, faces)]).tolist()
+    corners = [tuple(vertices[each]) for face in faces for each in face]
+    return corners, [tuple(range(*span)) for span in itertools.pairwise(ends)]
+
+
+def gap(obj):
+    """How far vertices that are in one place at rest are seen apart at most."""
+    _, first, place = np.unique(
+        np.round([tuple(each.co) for each in obj.data.vertices], 3), axis=0, return_index=True, return_inverse=True
+    )
+    assert len(first) < len(obj.data.vertices)
+    found = seen(obj)
+    return np.abs(found - found[first[place.ravel()]]).max()
+
+
+def grid_faces(columns, rows):
     return [
         (low, low + 1, low + columns + 1, low + columns)
         for row in range(rows - 1)

@@ -9,6 +9,7 @@ from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
 from ...scene import declarations, mesh_arrays, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
+from ..core import bind_input
 from . import control_places, controls, new_handles, region
 from .region import HANDLE_SHARE, radius
 
@@ -236,6 +237,8 @@ def _require_can_be_posed(obj):
     problem = shape_keys.result_problem(obj) or _why_it_waits(obj)
     if problem:
         raise SceneError(problem)
+    if not len(obj.data.polygons):
+        raise SceneError(bind_input.NO_FACES)
     region.require_own_group(obj)
 
 

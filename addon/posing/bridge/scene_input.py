@@ -85,6 +85,15 @@ def member_count(obj, number):
     return None if reading is None or number >= len(reading.members) else len(reading.members[number])
 
 
+def known(obj):
+    """The BindInput that was read last, or None."""
+    found = model(obj)
+    try:
+        return found.result(obj) if found.is_known else None
+    except SceneError:
+        return None
+
+
 def gather(obj, reading=None, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 

@@ -8,12 +8,17 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core import fixed_points
+from ...scene.core import fixed_points, motion, welding
 from ...scene.core.finite import require_finite
 from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
 from . import springs
+
+#: Of the mesh's size: it is told of where moves so long are taken for rounding.
+FAR = 5e-4
+
+NO_FACES = "The mesh has no faces. Mean-Value Deform needs a surface: give it faces"
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +116,33 @@ class BindInput:
         """Of the rest shape's bounding box; energies are shown for diagonal 1."""
         return fixed_points.bounding_box_diagonal(self.rest)
 
+    @cached_property
+    def joined_places(self):
+        """How many places have vertices that are one to the solver."""
+        return 0 if self.copies is None else int((np.bincount(self.copies) > 1).sum())
+
+    @cached_property
+    def notes(self):
+        """Sentences on what of the mesh keeps poses from being what the artist expects."""
+        found = []
+        vertices, pieces, distance = welding.gaping(self.rest, self.face_corners, self.face_starts, self.copies)
+        if len(vertices):
+            found.append(
+                f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')} lie nearly in the place of "
+                f"others, and the surface comes apart there. Set Advanced > Merge Distance to {distance:g}"
+            )
+        far = float(np.abs(self.rest).max(initial=0.0))
+        if motion.NOISE * far > FAR * self.diagonal:
+            found.append(
+                f"The mesh lies {far:,.0f} from its origin, where moves below {motion.NOISE * far:.2g} are taken for "
+                "rounding. Choose Object > Set Origin > Origin to Geometry"
+            )
+        return found
+
     def check(self):
         """@throws SceneError if this cannot be bound, with what to do about it."""
         if len(self.face_starts) == 0:
-            raise SceneError("The mesh has no faces. Mean-Value Deform needs a surface: give it faces")
+            raise SceneError(NO_FACES)
         require_finite(self.rest, "rest shape")
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:
@@ -122,13 +150,8 @@ class BindInput:
                 f"{wording.vertices(outside)} of soft handles lie outside the region, where nothing gives way. Take "
                 "them into the region, or turn Soft off"
             )
-        if not self.free.any():
-            raise SceneError(
-                "Nothing is free to move: every vertex of the region is held by a handle or pin. "
-                "Take vertices out of them, or enlarge the region"
-            )
         held = self.solver_mesh.held_rest
-        if not fixed_points.span_a_plane(held):
+        if self.free.any() and not fixed_points.span_a_plane(held):
             raise SceneError(
                 f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
                 "three that are not in one line (handles, pins and vertices outside the region count). "

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import wording
-from ...scene.core import fixed_points, welding
+from ...scene.core import welding
 
-#: Vertices nearer to each other than this share of the size lie in one place.
-SAME_PLACE = 1e-7
 #: A triangle lower than this share of its longest edge has no area.
 NO_HEIGHT = 1e-6
 
@@ -18,7 +16,8 @@ KINDS = (
     ('LOOSE', "No Handle", "Parts that no handle, pin or fixed vertex holds: they follow others, or stay"),
     ('UNHELD', "Too Few Points", "Parts held by fewer than three points, or by points in one line"),
     ('WIRE', "Without Faces", "Vertices of loose edges, and single ones: only faces tell the shape"),
-    ('DOUBLE', "Doubles", "Vertices in the place of others: an open seam, or a copied part. Merge Distance closes it"),
+    ('DOUBLE', "Doubles", "Vertices in the place of others that move apart: a copied part. Merge Distance joins it"),
+    ('GAP', "Gaps", "Vertices of open borders nearly in the place of others. Merge Distance closes them"),
     ('NO_AREA', "Faces Without Area", "Faces whose corners lie in one line or in one place"),
     ('FLIPPED', "Flipped Faces", "Neighboring faces that look to opposite sides"),
     ('FIN', "More Than Two Faces", "Edges that more than two faces share, and those of faces that are there twice"),
@@ -35,18 +34,19 @@ class Problem:
     vertices: np.ndarray
 
 
-def find(rest, triangles, report=None, places=None, partners=None):
+def find(rest, triangles, report=None, places=None, partners=None, copies=None):
     """All Problems of n x 3 `rest` and m x 3 `triangles`, in the order of KINDS.
 
     report: the native one of a binding, which knows the parts; places: which vertex of what the solver gets each of
-    the n is (BindInput.solver_mesh): doubles that are one there are none; partners: n int, the mirror image of each
-    vertex, -1 for none.
+    the n is (BindInput.solver_mesh); partners: n int, the mirror image of each vertex, -1 for none; copies: as of
+    scene/seams.py, which are no doubles.
     """
     rest = np.asarray(rest, np.float64)
-    places = np.arange(len(rest)) if places is None else places
+    copies = np.arange(len(rest)) if copies is None else copies
     found = {
         'WIRE': _wire(len(rest), triangles),
-        'DOUBLE': _doubles(rest, triangles, places),
+        'DOUBLE': _doubles(rest, triangles, copies),
+        'GAP': _gaping(rest, triangles, copies),
         'NO_AREA': _without_area(rest, triangles),
         **_of_edges(triangles),
         **({} if report is None else _of_parts(report, places)),
@@ -67,22 +67,21 @@ def _unpaired(partners):
     return f"{wording.vertices(len(vertices))} without a mirror image", vertices
 
 
-def _doubles(rest, triangles, places):
-    is_used = np.zeros(len(rest), bool)
-    is_used[triangles] = True
-    used = np.flatnonzero(is_used)
-    distance = SAME_PLACE * fixed_points.bounding_box_diagonal(rest)
-    first = welding.first_of_place(rest[used], distance)
-    apart = np.flatnonzero(first != np.arange(len(used)))
-    if len(apart) == 0:
-        return "", apart
+def _doubles(rest, triangles, copies):
+    used = np.unique(triangles)
+    first = used[welding.first_of_place(rest[used], welding.rounding(rest))]
     # Of what lies in one place the solver gets so many vertices; all but one are doubles.
-    count = int(places.max()) + 1
-    first = first.astype(np.int64)  # numpy 1 has 32 bits on Windows
-    counts = np.bincount(np.unique(first * count + places[used]) // count, minlength=len(used))
+    found = np.unique(first.astype(np.int64) * len(rest) + copies[used])  # numpy 1 has 32 bits on Windows
+    counts = np.bincount(found // max(1, len(rest)), minlength=len(rest))
     extra = int(np.maximum(0, counts - 1).sum())
-    is_double = counts[first] > 1
-    return f"{wording.counted(extra, 'doubled vertex', 'doubled vertices')}", used[is_double]
+    return f"{wording.counted(extra, 'doubled vertex', 'doubled vertices')}", used[counts[first] > 1]
+
+
+def _gaping(rest, triangles, copies):
+    faces = triangles.ravel(), np.arange(0, triangles.size, 3)
+    vertices, pieces, distance = welding.gaping(rest, *faces, copies)
+    where = f"{wording.vertices(len(vertices))} nearly in the place of others, of {wording.counted(pieces, 'piece')}"
+    return f"{where} (Merge Distance {distance:g} joins them)", vertices
 
 
 def _without_area(rest, triangles):

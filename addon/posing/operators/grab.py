@@ -11,7 +11,7 @@ from ...live import engine
 from ...scene import selection, subject
 from ...widgets import picking, under_mouse
 from ...widgets.base import ModalOperator
-from ..bridge import controls, new_handles, region
+from ..bridge import controls, new_handles, region, scene_input
 from ..bridge.grip import Grip
 from . import pressing, tool_choice
 from .drag_circle import DragCircle
@@ -268,6 +268,9 @@ def _select_control(context, obj, grip):
 def _outcome(obj, grip, offset):
     """(message, [notes])."""
     notes = list(grip.notes(obj))
+    scene_input.model(obj).look(obj)
+    known = scene_input.known(obj)
+    notes += [] if known is None else known.notes
     if grip.is_new:
         message = "Handle made"
     elif grip.has_moved(obj, offset):

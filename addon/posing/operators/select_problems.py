@@ -9,7 +9,7 @@ from bpy.props import EnumProperty
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, mirrors, selection, shape_keys
+from ...scene import mesh_arrays, mirrors, seams, selection, shape_keys
 from ...solver import session
 from ...widgets.base import MeshOperator
 from ..bridge import scene_input
@@ -54,5 +54,6 @@ def problems(obj):
         bind_input = scene_input.gather(obj)
         places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
         report = binding.deformer.report if binding is not None else None
-    partners = mirrors.partners(obj, rest, *mesh_arrays.faces(obj.data))
-    return mesh_problems.find(rest, triangles, report, places, partners)
+    faces = mesh_arrays.faces(obj.data)
+    partners, copies = mirrors.partners(obj, rest, *faces), seams.copies(obj, rest, faces)
+    return mesh_problems.find(rest, triangles, report, places, partners, copies)

@@ -176,7 +176,11 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         if settings.pose_like == ids.LIKE_RIG:
             layout.operator("meanvalue.sample_rig_poses", icon='ARMATURE_DATA')
         layout.prop(settings, "loose_parts")
+        layout.prop(settings, "close_seams")
         layout.prop(settings, "merge_distance")
+        known = scene_input.known(subject.of(context))
+        if known is not None and known.joined_places:
+            layout.label(text=f"{wording.counted(known.joined_places, 'place')} joined")
         layout.prop(settings, "result_key")
         solve = layout.column(align=True)
         solve.operator("meanvalue.bind")

@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...solver.core.fingerprint import remembered
-from . import connected, mirror_planes
+from . import connected, fixed_points, mirror_planes
 from .nearness import LEAST_CELL, near_pairs
 
 #: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
@@ -16,11 +16,16 @@ ROUNDING = 4.0 * 2.0**-23
 #: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
 MOST_COLLAPSED = 0.02
 
+#: Of the mesh's size, and of its shortest edges: borders that are so near to each other are apart by mistake.
+NEAR, NEAR_EDGES = 1e-3, 0.1
+
 #: Of more points than these in one cell only the outermost are compared with those of others.
 CROWD = 8
 
 #: A direction that neither edges nor planes of modeled meshes are at right angles to: along it they do not pile up.
 ALONG = np.array([0.5377, 0.3141, 0.7824])
+
+HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
 
 @remembered
@@ -84,9 +89,37 @@ def first_of_place(points, distance):
     Points are joined with all that share a cell whose diagonal is the distance, and then with what is near beyond it.
     Of a crowded cell those that are outermost along an axis stand for all, so that the cost is that of sorting.
     """
-    roots = np.arange(len(points))
-    near = _may_be_near(np.asarray(points, np.float64), distance)
-    roots[near] = near[_joined(points[near].astype(np.float64), distance)]
+    points = np.asarray(points, np.float64)
+    result = _first_alike(points)
+    alone = np.flatnonzero(result == np.arange(len(points)))
+    result[alone] = alone[_joined(points[alone], distance)]
+    return result[result]
+
+
+def _first_alike(rows):
+    """n int: the lowest index of the n x 3 rows that are equal to each, but for a few that a hash mixes up."""
+    order = np.argsort((rows + 0.0).view(np.uint64) @ HASH, kind="stable")
+    is_new = np.append(True, (np.diff(rows[order], axis=0) != 0.0).any(axis=1))[: len(rows)]
+    first = np.empty(len(rows), np.int64)
+    first[order] = order[is_new][np.cumsum(is_new) - 1]
+    return first
+
+
+def _joined(points, distance):
+    extent = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
+    side = max(0.577 * distance, LEAST_CELL * extent, 1e-300)
+    roots = _first_alike(np.floor((points - points.min(axis=0, initial=0.0)) / side))
+    stands = np.bincount(roots)[roots] <= CROWD
+    crowded = np.flatnonzero(~stands)
+    for axis in range(3):
+        along = crowded[np.lexsort((points[crowded, axis], roots[crowded]))]
+        is_end = np.diff(roots[along]) != 0
+        for ends in (np.append(True, is_end), np.append(is_end, True)):
+            stands[along[ends[: len(along)]]] = True
+    stands = np.flatnonzero(stands)
+    stands = stands[_may_be_near(points[stands], distance)]
+    for one, other, _apart in near_pairs(points[stands], points[stands], distance):
+        connected.joined(roots, np.stack([stands[one], stands[other]], axis=1))
     return roots
 
 
@@ -98,24 +131,6 @@ def _may_be_near(points, distance):
     found = np.zeros(len(points), bool)
     found[order[1:][is_near]] = found[order[:-1][is_near]] = True
     return np.flatnonzero(found)
-
-
-def _joined(points, distance):
-    extent = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
-    cells = np.floor((points - points.min(axis=0, initial=0.0)) / max(0.577 * distance, LEAST_CELL * extent, 1e-300))
-    order = np.lexsort(cells.T)
-    is_new = np.append(True, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))[: len(points)]
-    numbers = np.empty(len(points), np.int64)
-    numbers[order] = np.cumsum(is_new) - 1
-    roots = connected.parts(np.stack([order, order[np.flatnonzero(is_new)[numbers[order]]]], axis=1), len(points))
-    stands = np.bincount(numbers)[numbers] <= CROWD
-    for axis in range(3):
-        along = np.lexsort((points[:, axis], numbers))
-        stands[along[is_new]] = stands[along[np.append(is_new[1:], True)[: len(points)]]] = True
-    stands = np.flatnonzero(stands)
-    for one, other, _apart in near_pairs(points[stands], points[stands], distance):
-        connected.joined(roots, np.stack([stands[one], stands[other]], axis=1))
-    return roots
 
 
 def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
@@ -143,6 +158,31 @@ def harmless(lengths):
     longest = float(np.quantile(lengths, MOST_COLLAPSED, method="lower")) * (1.0 - 1e-6)
     figure = 10.0 ** np.floor(np.log10(longest))
     return float(f"{np.floor(longest / figure) * figure:.1g}")
+
+
+def gaping(rest, face_corners, face_starts, first):
+    """(vertices, pieces, distance): ascending ones of open borders nearly in the place of others, of how many pieces of
+    the mesh, and a merge distance that joins them. first: as of copies(), which are none of them."""
+    corners = face_corners if first is None else first[face_corners]
+    border, ends = border_vertices(len(rest), corners, face_starts), np.empty(0)
+    lengths = edge_lengths(rest, face_corners, face_starts) if len(border) else ends
+    if len(lengths) == 0:
+        return border[:0], 0, 0.0
+    limit = min(NEAR * fixed_points.bounding_box_diagonal(rest), NEAR_EDGES * harmless(lengths))
+    points, place = rest[border].astype(np.float64), first_of_place(rest[border], limit)
+    counts = np.maximum(np.bincount(place), 1)
+    middles = np.stack([np.bincount(place, column) for column in points.T], axis=1) / counts[:, None]
+    reach = np.zeros(len(counts))
+    np.maximum.at(reach, place, 2.0 * np.linalg.norm(points - middles[place], axis=1))
+    places, ends = np.full(len(rest), -1), mirror_planes.edge_ends(corners, face_starts)
+    places[border] = place
+    reach[places[corners[(places[corners] == places[ends]) & (places[corners] >= 0)]]] = 0.0  # a short edge
+    vertices, widest = border[reach[place] > rounding(rest)], reach.max()
+    if len(vertices) == 0:
+        return vertices, 0, 0.0
+    pieces = connected.parts(np.stack([corners, ends], axis=1), len(rest))[vertices]
+    figure = 10.0 ** np.floor(np.log10(widest))
+    return vertices, len(np.unique(pieces)), float(f"{np.ceil(widest / figure) * figure:.1g}")
 
 
 def spread(weights, first):

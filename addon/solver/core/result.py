@@ -34,7 +34,8 @@ def pose_warnings(bind_input, targets):
 
 
 def torn_notes(bind_input, targets):
-    """Sentences on k x 3 `targets` that move anchors which nothing can follow, or which cannot go there."""
+    """Sentences on k x 3 `targets` that move anchors which nothing can follow, or which cannot go there, and on why."""
+    yield from bind_input.notes
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
