@@ -2,7 +2,7 @@
 """The pose becomes the rest shape."""
 
 from .. import compat, wording
-from . import shape_keys
+from . import shape_keys, surface_hair
 
 #: Rooms say what they have made of a rest shape: functions of an object to (names of their shape keys, what the artist
 #: is to do about them now that they belong to the former one, a sentence).
@@ -18,6 +18,7 @@ def become(obj):
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)
+    surface_hair.follow(obj, shape - offset, shape)
     result_key = shape_keys.result(obj)
     carried = []
     for key in mesh.shape_keys.key_blocks:
