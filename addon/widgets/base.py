@@ -105,7 +105,7 @@ class MeshOperator(Reporting):
     @classmethod
     def description(cls, _context, properties):
         is_on = cls.switch and getattr(properties, cls.switch)
-        return (cls.bl_rna.properties[cls.switch] if is_on else cls.bl_rna).description
+        return properties.bl_rna.properties[cls.switch].description if is_on else ""  # then Blender shows that of cls
 
     @classmethod
     def poll(cls, context):

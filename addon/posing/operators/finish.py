@@ -50,7 +50,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
-        kept = cls.bl_rna.properties["keep"].enum_items[properties.keep].description
+        kept = properties.bl_rna.properties["keep"].enum_items[properties.keep].description
         return f"{kept}. Remove handles, pins and what was made for them"
 
     def prepare(self, obj):
