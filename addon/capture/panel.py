@@ -55,7 +55,23 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
         return subject.object_problem(obj) is None and takes.is_take(obj.meanvalue.capture.take)
 
     def draw(self, context):
-        _draw_options(self.layout, subject.of(context).meanvalue.capture)
+        layout, capture = self.layout, subject.of(context).meanvalue.capture
+        column = column_of_settings(layout)
+        column.prop(capture, "align")
+        limbs = column.row()
+        limbs.active = capture.align != 'NONE'
+        limbs.prop(capture, "pose_limbs")
+        column.prop(capture, "mode")
+        column.prop(capture, "use_cuffs")
+        layout.label(text="Fill Gaps up to")
+        gaps = column_of_settings(layout).column(align=True)
+        gaps.prop(capture, "spline_seconds", text="Spline")
+        gaps.prop(capture, "rigid_seconds", text="Neighbors")
+        smooth = layout.row(align=True)
+        smooth.prop(capture, "use_low_pass")
+        cutoff = smooth.row()
+        cutoff.active = capture.use_low_pass
+        cutoff.prop(capture, "cutoff_hz", text="Hz")
 
 
 def _draw_take(layout, context, capture):
@@ -98,25 +114,6 @@ def _draw_reference(layout, obj, capture):
     present = row.operator("wm.context_set_value", text="", icon='TIME')
     present.data_path = f"blend_data.objects[{obj.name!r}].meanvalue.capture.reference_frame"
     present.value = "context.scene.frame_current_final"
-
-
-def _draw_options(layout, capture):
-    column = column_of_settings(layout)
-    column.prop(capture, "align")
-    limbs = column.row()
-    limbs.active = capture.align != 'NONE'
-    limbs.prop(capture, "pose_limbs")
-    column.prop(capture, "mode")
-    column.prop(capture, "use_cuffs")
-    layout.label(text="Fill Gaps up to")
-    gaps = column_of_settings(layout).column(align=True)
-    gaps.prop(capture, "spline_seconds", text="Spline")
-    gaps.prop(capture, "rigid_seconds", text="Neighbors")
-    smooth = layout.row(align=True)
-    smooth.prop(capture, "use_low_pass")
-    cutoff = smooth.row()
-    cutoff.active = capture.use_low_pass
-    cutoff.prop(capture, "cutoff_hz", text="Hz")
 
 
 def _draw_pairs(layout, obj, capture):

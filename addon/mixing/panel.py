@@ -12,46 +12,31 @@ from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
 
 
-class _ShapeKeysPanel:
+class MEANVALUE_PT_mix(bpy.types.Panel):
+    """Shape keys that turn instead of shrinking along straight lines, and keys that stand for them elsewhere"""
+
     bl_space_type = 'PROPERTIES'
     bl_region_type = 'WINDOW'
     bl_context = "data"
+    bl_parent_id = "DATA_PT_shape_keys"
+    bl_label = "Rotation-Aware Keys"
 
     @classmethod
     def poll(cls, context):
         return subject.object_problem(context.object) is None
 
-
-class MEANVALUE_PT_mix(_ShapeKeysPanel, bpy.types.Panel):
-    """Shape keys that turn instead of shrinking along straight lines"""
-
-    bl_parent_id = "DATA_PT_shape_keys"
-    bl_label = "Rotation-Aware Keys"
-
     def draw_header(self, context):
         self.layout.prop(context.object.meanvalue.mix, "is_on", text="")
 
     def draw(self, context):
-        problem = _problem(context.object)
-        if problem:
-            draw_wrapped(self.layout, context, wording.sentence(problem), icon='ERROR')
-        morph.draw_buttons(self.layout.column(align=True), context)
-
-
-class MEANVALUE_PT_in_betweens(_ShapeKeysPanel, bpy.types.Panel):
-    """Shape keys that stand for the mix, so that it plays without the add-on"""
-
-    bl_parent_id = "MEANVALUE_PT_mix"
-    bl_label = "In-Between Keys"
-    bl_options = {'DEFAULT_CLOSED'}
-
-    def draw(self, context):
         layout, obj = self.layout, context.object
+        problem = _problem(obj)
+        if problem:
+            draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
+        morph.draw_buttons(layout.column(align=True), context)
         column_of_settings(layout).prop(obj.meanvalue.mix, "tolerance_share")
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
-        made = mixed_keys.in_between_names(obj)
-        if made:
-            layout.label(text=wording.counted(len(made), "in-between key"), icon='CHECKMARK')
+        if mixed_keys.in_between_names(obj):
             layout.operator(MEANVALUE_OT_bake_mix.bl_idname, text="Remove In-Betweens", icon='X').remove = True
 
 
@@ -64,4 +49,4 @@ def _problem(obj):
     return problem
 
 
-CLASSES = (MEANVALUE_PT_mix, MEANVALUE_PT_in_betweens)
+CLASSES = (MEANVALUE_PT_mix,)

@@ -68,25 +68,16 @@ def test_the_shape_is_that_of_the_other_selected_mesh():
     assert other.name in obj.data.shape_keys.key_blocks
 
 
-def scaled(points):
-    return 100.0 * points
-
-
-def lower(points):
-    return points - (0.0, 0.0, 1.0)
-
-
-def upright(points):
-    return points[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+SMALL = {"scale": (0.01, 0.01, 0.01)}
 
 
 @pytest.mark.parametrize(
     "change, place",
     [
-        (scaled, {"scale": (0.01, 0.01, 0.01)}),
-        (lower, {"location": (0.0, 0.0, 1.0)}),
-        (upright, {"rotation_euler": (math.pi / 2.0, 0.0, 0.0)}),
-        (scaled, {"scale": (0.01, 0.01, 0.01), "location": (0.0, 9.0, 0.0)}),
+        (lambda points: 100.0 * points, SMALL),
+        (lambda points: points - (0.0, 0.0, 1.0), {"location": (0.0, 0.0, 1.0)}),
+        (lambda points: points[:, [0, 2, 1]] * (1.0, 1.0, -1.0), {"rotation_euler": (math.pi / 2.0, 0.0, 0.0)}),
+        (lambda points: 100.0 * points, {**SMALL, "location": (0.0, 9.0, 0.0)}),
     ],
 )
 def test_the_other_counts_as_it_is_to_be_seen(change, place, capfd):

@@ -100,7 +100,8 @@ def _next_to(last, knots, common):
             number = higher.get(slider, 0) + 1
             new = tuple(sorted({**higher, slider: number}.items()))
             bound = min(height, common([each for each, _ in new]))
-            if bound > 0.0 and number < polynomials.MOST and polynomials.fits(knots, new):
+            together = sum(each for _, each in new)
+            if bound > 0.0 and number < polynomials.MOST and together <= polynomials.MOST_TOGETHER:
                 bounds[new] = max(bound, bounds.get(new, 0.0))
     return bounds
 

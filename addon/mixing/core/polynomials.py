@@ -19,8 +19,8 @@ MOST = 12
 #: Places are rounded to so many decimals of a slider's range, so that drivers are short and mean the same.
 DECIMALS = 4
 
-#: Blender's own limit on an expression, without the closing zero.
-LONGEST = 255
+#: All numbers of a product are no more than this: Blender cuts an expression at 255 characters.
+MOST_TOGETHER = 14
 
 VARIABLES = "abcdefghijklmnopqrstuvwxyz"
 
@@ -58,11 +58,6 @@ def expression(knots, orders):
         scale /= float(np.prod(knots[slider][number] - before))
         product += [variable if each == 0.0 else f"({variable}{-each:+.{DECIMALS + 2}g})" for each in before]
     return "*".join([f"{scale:.9g}", *product]), [slider for slider, _ in orders]
-
-
-def fits(knots, orders):
-    """Whether Blender takes the expression."""
-    return len(expression(knots, orders)[0]) <= LONGEST
 
 
 def label(names, knots, orders):

@@ -42,12 +42,6 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
         name="Replace", description="Write over values that are animated already", options={'SKIP_SAVE'}
     )
 
-    def draw(self, _context):
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        for name in ("names", "rate", "scale", "replace"):
-            self.layout.prop(self, name)
-
     def run(self, obj):
         if not self.filepath:
             raise SceneError(f"No file is chosen. Choose one of {wording.listed(value_files.SUFFIXES)}")
