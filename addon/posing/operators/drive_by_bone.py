@@ -64,23 +64,25 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     def run(self, obj):
         rig, key = rig_space.armature(obj), shape_keys.kept(obj)
         self._fill_in(rig)
-        if self.bone not in rig.pose.bones:
+        if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
-        if abs(self.angle) < LEAST_ANGLE:
-            raise SceneError("No bone is turned. Pose the bone that is to drive it, or give an angle")
+        if not self.bone or abs(self.angle) < LEAST_ANGLE:
+            raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         _drive(key, rig, self.bone, self.axis, self.angle)
         notes = []
         shape = shape_keys.result_positions(obj)
         if shape is not None and not np.array_equal(shape, shape_keys.rest_positions(obj.data)):
-            notes.append("The handles pose the mesh too: press Reset, or Apply > Cancel, to see the driven pose alone")
+            notes.append("The handles pose the mesh too: press Reset to see the driven pose alone")
         degrees = f"{self.angle * 57.29578:.0f}"
         return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", notes
 
     def _fill_in(self, rig):
         """What was not given."""
         given = self.properties.is_property_set
-        if not given("bone") and len(rig.pose.bones):
-            self.bone = max(rig.pose.bones, key=lambda bone: max(map(abs, _angles(rig, bone)))).name
+        if not given("bone"):
+            turned = [(max(map(abs, _angles(rig, bone))), bone.name) for bone in rig.pose.bones]
+            angle, name = max(turned, default=(0.0, ""))
+            self.bone = name if angle >= LEAST_ANGLE else ""
         bone = rig.pose.bones.get(self.bone)
         if bone is None:
             return
