@@ -85,6 +85,18 @@ def curves_played(player):
     return ()
 
 
+def simulates(modifier):
+    """Whether there is a simulation in a modifier of nodes (3.6 and later; from 4.1 on it tells)."""
+    if hasattr(modifier, "bakes"):
+        return any(each.node is not None and each.node.type == 'SIMULATION_OUTPUT' for each in modifier.bakes)
+    return _has_simulation(modifier.node_group)
+
+
+def _has_simulation(tree):
+    nodes = tree.nodes if tree is not None and hasattr(bpy.types, "GeometryNodeSimulationOutput") else ()
+    return any(each.type == 'SIMULATION_OUTPUT' or _has_simulation(getattr(each, "node_tree", None)) for each in nodes)
+
+
 def file_handler():
     """The class of what takes files that are dropped on a window (4.1 and later), or None."""
     return getattr(bpy.types, "FileHandler", None)

@@ -263,7 +263,9 @@ def _deformers(obj):
 def _deforms(obj, modifier):
     baked = obj.meanvalue.baked
     is_bake = bool(baked.target) and modifier.name == baked.modifier  # plays in place of the pose
-    return modifier.show_viewport and modifier.type in DEFORMING and not is_bake
+    if is_bake or not modifier.show_viewport or modifier.type not in DEFORMING:
+        return False
+    return modifier.type != 'NODES' or not compat.simulates(modifier)
 
 
 def _counts(obj, key):

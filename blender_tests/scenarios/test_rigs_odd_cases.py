@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Posing on rigs: other modifiers, bones without a size, undo, files, bakes."""
 
+import itertools
 import math
 
 import bpy
 import numpy as np
 import pytest
-from support import meshes, rigs, steps
+from support import handles, meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
 from support.rigs import MIDDLE, TOP, update
 
@@ -211,3 +212,30 @@ def test_keys_relative_to_others_count(part):
     space = part("scene.rig_space").measure(obj)
     assert np.abs(space.seen - rest * (0.85, 1.0, 1.15)).max() < 1e-5
     assert np.abs(space.jacobians - np.eye(3)).max() < 1e-4
+
+
+@pytest.mark.skipif(not hasattr(bpy.types, "GeometryNodeSimulationInput"), reason="no simulations in nodes yet")
+@pytest.mark.parametrize("live", [False, True])
+def test_a_simulation_in_nodes_is_not_asked_what_it_does(live):
+    """It would go on from where it was asked for."""
+    obj, control = handles.tube(live=live)
+    tree = bpy.data.node_groups.new("Rise", 'GeometryNodeTree')
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type='NodeSocketGeometry')
+    names = ("NodeGroupInput", "GeometryNodeSimulationInput", "GeometryNodeSetPosition", "GeometryNodeSimulationOutput")
+    nodes = [tree.nodes.new(name) for name in (*names, "NodeGroupOutput")]
+    nodes[1].pair_with_output(nodes[3])
+    nodes[2].inputs["Offset"].default_value = (0.0, 0.0, 0.1)
+    for one, other in itertools.pairwise(nodes):
+        tree.links.new(one.outputs["Geometry"], other.inputs["Geometry"])
+    obj.modifiers.new("Rise", 'NODES').node_group = tree
+    for frame, offset in ((1, 0.0), (6, 1.0)):
+        control.location.x = offset
+        control.keyframe_insert("location", frame=frame)
+    for frame in range(1, 7):
+        bpy.context.scene.frame_set(frame)
+        obj.update_tag()
+        update()
+        risen = meshes.seen(obj)[0] - obj.data.vertices[0].co  # of the pin
+        assert np.allclose(risen, (0.0, 0.0, 0.1 * frame), atol=1e-4), (frame, risen)
+    assert not live or handles.follows(obj, (1.0, 0.0, 0.0))
