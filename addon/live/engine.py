@@ -48,7 +48,17 @@ def frame_changed(depsgraph):
         return
     _notice_end_of_rendering()
     _take_note(depsgraph)
-    follow_all()
+    follow_all(settles=_is_captured())
+
+
+def _is_captured():
+    """Whether whoever has changed the frame looks at it at once, such as a render of the viewport or an export, within
+    an operator or a job. Blender's own loop draws it when it is ready."""
+    if bpy.app.is_job_running('RENDER'):
+        return True
+    screens = [window.screen for window in bpy.context.window_manager.windows]
+    is_shown = any(each.is_animation_playing or each.is_scrubbing for each in screens)
+    return bpy.context.area is not None and not is_shown
 
 
 def _look_at_rendered(depsgraph):
@@ -113,8 +123,8 @@ def held():
         _holds -= 1
 
 
-def follow_all():
-    """Every live object takes its controls, or its sliders, where they are."""
+def follow_all(settles=False):
+    """Every live object takes its controls, or its sliders, where they are; settles: waits for the last answer."""
     global _is_missed
     _is_missed = _holds > 0
     if _is_missed or _is_rendering:
@@ -122,7 +132,7 @@ def follow_all():
     with held():
         for obj, follower in roll.in_charge():
             with _reporting(follower):
-                if bpy.app.background:
+                if settles or bpy.app.background:
                     follower.finish(obj)
                 else:
                     follower.follow(obj)

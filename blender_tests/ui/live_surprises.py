@@ -54,7 +54,7 @@ def disabled_during_a_bind(ui):
 
 def keep_pose_of_a_drag_that_is_not_settled(ui):
     obj, control = yield from _begin(ui)
-    with _slowly(0.5):
+    with slowly(0.5):
         control.location.x += 1.0
         yield from ui.invoke("meanvalue.keep_pose", name="Kept")
         yield from ui.wait_until(lambda: "Settling" in (ui.status_text() or ""), "the status bar tells of it")
@@ -65,7 +65,7 @@ def keep_pose_of_a_drag_that_is_not_settled(ui):
 
 
 @contextlib.contextmanager
-def _slowly(seconds):
+def slowly(seconds):
     """Each solve takes so much longer."""
     session = installed.part("solver.session")
     solve_steps = session.solve_steps
@@ -103,7 +103,7 @@ def another_mesh_during_a_solve(ui):
     for key in other.shape_keys.key_blocks:
         for point, base in zip(key.data, other.shape_keys.reference_key.data, strict=False):
             point.co = base.co
-    with _slowly(0.6):
+    with slowly(0.6):
         control.location.x += 1.0
         yield from ui.pause(0.2)
         obj.data = other
@@ -122,7 +122,7 @@ def renamed_during_a_solve(ui):
         for point in key.data:
             point.co.y *= 2.0
     yield from ui.pause(1.0)
-    with _slowly(0.6):
+    with slowly(0.6):
         control.location.x += 1.0
         yield from ui.pause(0.2)
         obj.name = "Gone"
@@ -135,7 +135,7 @@ def renamed_during_a_solve(ui):
 
 def undo_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    with _slowly(0.6):
+    with slowly(0.6):
         control.location.x += 1.0
         ui.remember()
         yield from ui.pause(0.2)
@@ -151,7 +151,7 @@ def undo_during_a_solve(ui):
 
 def edited_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    with _slowly(0.6):
+    with slowly(0.6):
         control.location.x += 1.0
         yield from ui.pause(0.2)
         meshes.activate(obj)
@@ -164,7 +164,7 @@ def edited_during_a_solve(ui):
 
 def deleted_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    with _slowly(0.6):
+    with slowly(0.6):
         control.location.x += 1.0
         yield from ui.pause(0.2)
         bpy.data.objects.remove(obj)

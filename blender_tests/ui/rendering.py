@@ -2,7 +2,11 @@
 """A render of an animation while a mesh is live: it must be told, since the mesh stays as it is."""
 
 import bpy
+import numpy as np
+from harness import view
+from live_surprises import slowly
 from support import handles, installed
+from support.interface import is_settled
 
 
 def an_animation_with_live_on(ui):
@@ -41,3 +45,39 @@ def an_animation_with_live_on(ui):
     assert len(popped_up) == 1, popped_up
     text, is_problem = installed.part("live.engine").status(obj)
     assert not is_problem and "animated" in text and "Stop" not in text, text
+
+
+def the_viewport_with_live_on(ui):
+    """Each frame shows the settled answer, however long that takes."""
+    obj, control = handles.tube()
+    ui.frame_all()
+    scene, right, captured = bpy.context.scene, {}, {}
+    for frame in range(1, 5):
+        control.location.x, control.rotation_euler.x = 1.5 * frame, 0.8 * frame
+        control.keyframe_insert("location", frame=frame)
+        control.keyframe_insert("rotation_euler", frame=frame)
+    for frame in range(1, 5):
+        scene.frame_set(frame)
+        yield from ui.wait_until(lambda: is_settled(obj), "it is settled")
+        right[frame] = handles.shown(obj)
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.filepath = bpy.app.tempdir + "shown_"
+    scene.frame_start, scene.frame_end = 1, 4
+    bpy.context.preferences.view.render_display_type = 'NONE'
+
+    def capture(_scene, _depsgraph):
+        captured[scene.frame_current] = handles.shown(obj)
+
+    bpy.app.handlers.frame_change_post.append(capture)
+    try:
+        with slowly(0.1):
+            for way in ('EXEC_DEFAULT', 'INVOKE_DEFAULT'):
+                captured.clear()
+                with view.override():
+                    bpy.ops.render.opengl(way, animation=True)
+                yield from ui.wait_until(lambda: len(captured) == 4, "all frames are rendered")
+                off = {frame: float(np.abs(captured[frame] - right[frame]).max()) for frame in right}
+                assert max(off.values()) < 1e-2, (way, off)
+                yield from ui.pause(1.0)
+    finally:
+        bpy.app.handlers.frame_change_post.remove(capture)
