@@ -54,7 +54,6 @@ class Markers:
     labels: list
     landmarks: tuple  # of each its name or None
     path: np.ndarray  # (f, m, 3)
-    how: np.ndarray  # (f, m) as gaps.fill_gaps() tells
     reference: np.ndarray  # (m, 3)
     actor: np.ndarray  # (m, 3): the same with the lengths of the one who was captured
 
@@ -68,10 +67,10 @@ def steps(given):
     """Generator of (stage, share that is done) that returns the Matched. @throws MeanValueError."""
     options, surface = given.options, given.surface
     yield "filling gaps", 0.0
-    path, how = _mended(given, given.recording)
+    path = _mended(given, given.recording)
     sample = int(np.abs(given.standing.frames - options.reference_frame).argmin())
     frame = float(given.standing.frames[sample])
-    markers, notes = _chosen(given, frame, path, how, _reference(given, sample))
+    markers, notes = _chosen(given, frame, path, _reference(given, sample))
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
     body = Body(surface, landmarks.has_joints(markers.landmarks))
@@ -109,13 +108,13 @@ def steps(given):
         world_size=fixed_points.bounding_box_diagonal(surface.vertices),
         ramp=round(RAMP_SECONDS * given.recording.rate_hz),
         cuffs=found,
-        told=[given.recognition, *match_notes.of_gaps(markers.how), *told_of_cuffs],
+        told=[given.recognition, *told_of_cuffs],
         notes=[*notes, *words],
     )
 
 
 def _mended(given, recording):
-    """(path (f, m, 3), how (f, m) as gaps.fill_gaps() tells), filled and filtered; not to be written to."""
+    """(f, m, 3), filled and filtered; not to be written to."""
     longest = (given.options.spline_seconds, given.options.rigid_seconds)
     longest = tuple(int(seconds * recording.rate_hz + 1e-6) for seconds in longest)
     positions = recording.positions
@@ -124,18 +123,18 @@ def _mended(given, recording):
 
 @functools.lru_cache(maxsize=2)  # a take and its reference: picking points, one after the other, does not change them
 def _filled(content, shape, longest, rate_hz, cutoff_hz):
-    path, how = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
-    return (path if cutoff_hz is None else filtering.low_pass(path, rate_hz, cutoff_hz)), how
+    path, _how = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
+    return path if cutoff_hz is None else filtering.low_pass(path, rate_hz, cutoff_hz)
 
 
 def _reference(given, sample):
     """(m, 3): where the markers of the take are at the reference; NaN for what is not seen there."""
-    path, _ = _mended(given, given.standing)
+    path = _mended(given, given.standing)
     places = dict(zip(given.standing.labels, path[sample], strict=True))
     return np.array([places.get(label, np.full(3, np.nan)) for label in given.recording.labels])
 
 
-def _chosen(given, frame, path, how, reference):
+def _chosen(given, frame, path, reference):
     """(the Markers that are used and seen in the reference, notes). @throws SceneError if there is none."""
     labels = given.recording.labels
     used = [number for number, label in enumerate(labels) if label in given.used]
@@ -159,7 +158,7 @@ def _chosen(given, frame, path, how, reference):
         )
     names = [labels[number] for number in seen]
     known = tuple(given.landmarks[name] for name in names)
-    return Markers(names, known, path[:, seen], how[:, seen], reference[seen], reference[seen]), notes
+    return Markers(names, known, path[:, seen], reference[seen], reference[seen]), notes
 
 
 def _alignment(given, markers, body):

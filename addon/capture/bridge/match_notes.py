@@ -2,9 +2,7 @@
 """What the artist is told about a matching that could be better."""
 
 from ... import wording
-from ..core import cuffs, gaps, landmarks
-
-FILLED = {gaps.SPLINE: "filled by splines", gaps.RIGID: "filled by neighbors", gaps.MISSING: "left free"}
+from ..core import cuffs, landmarks
 
 #: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
 DOUBTFUL, POOR = 1.1, 0.03
@@ -57,13 +55,6 @@ def of_alignment(found):
             f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
             f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
         )
-
-
-def of_gaps(how):
-    """A sentence on the samples that were not captured. how  as gaps.fill_gaps() tells."""
-    shares = [(float((how == kind).mean()), words) for kind, words in FILLED.items()]
-    filled = [f"{wording.share(share)} {words}" for share, words in shares if share]
-    return [f"Of the samples {wording.listed(filled)}"] if filled else []
 
 
 def of_cuffs(found, refused):

@@ -31,6 +31,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
     filter_glob: bpy.props.StringProperty(
         default=";".join(f"*{suffix};*{suffix.upper()}" for suffix in readers.SUFFIXES), options={'HIDDEN'}
     )
+    filepath: bpy.props.StringProperty(subtype='FILE_PATH', options={'HIDDEN', 'SKIP_SAVE'})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={'HIDDEN', 'SKIP_SAVE'})
     directory: bpy.props.StringProperty(subtype='DIR_PATH', options={'HIDDEN', 'SKIP_SAVE'})
     up_axis: bpy.props.EnumProperty(
@@ -86,13 +87,6 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         for take, collection, times in zip(read, collections, frames, strict=True):
             self.tell(_account(take, collection), [*_empty_ends(take, times)])
         return {'FINISHED'}
-
-    def draw(self, _context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        for name in ("up_axis", "unit", "scale", "time", "start_frame", "extend_range"):
-            layout.prop(self, name)
 
     def _paths(self):
         """@throws SceneError if none is given."""
