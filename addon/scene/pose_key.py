@@ -61,9 +61,3 @@ def sharing(obj):
 def turn_off(key):
     """So that nothing shows it, exporters that know nothing of muted keys either."""
     key.mute, key.value = True, 0.0
-
-
-def was_called(obj, name):
-    """The shape key that was called `name` when the result was written last, or None."""
-    key = result(obj) if name == obj.meanvalue.result_name else None
-    return key or (obj.data.shape_keys.key_blocks.get(name) if obj.data.shape_keys is not None else None)

@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids, wording
-from ...scene import actions, bakeable, declarations, pose_key, shape_keys
+from ...scene import actions, bakeable, declarations, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -81,8 +81,8 @@ def take_back(obj):
         shape_keys.remove_lone_basis(obj)
     muted = json.loads(record.muted or "[]")
     values = muted if isinstance(muted, dict) else {}  # in older files, where values stayed
-    for name in muted:
-        key = pose_key.was_called(obj, name)
+    for name in muted if obj.data.shape_keys is not None else ():
+        key = obj.data.shape_keys.key_blocks.get(name) if name else shape_keys.result(obj)
         if key is not None:
             key.mute, key.value = False, values.get(name, key.value)
     was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
@@ -99,7 +99,7 @@ def keep(obj):
     record, keys = obj.meanvalue.baked, obj.data.shape_keys
     obj.meanvalue.live = False
     key = shape_keys.result(obj)
-    if key is not None and obj.meanvalue.result_name in names_in(record.muted) and keys.use_relative:
+    if key is not None and {"", key.name}.intersection(names_in(record.muted)) and keys.use_relative:
         shape_keys.remove(obj, [key.name])
         shape_keys.remove_lone_basis(obj)
     declarations.clear(record)
@@ -115,14 +115,13 @@ def _hide_result(obj):
         kind.turn(obj, False)
     keys = obj.data.shape_keys
     key = shape_keys.result(obj)
+    named = {each.name: each for each in shown if each.name not in names_in(record.keys)}
     if key is not None and key != keys.reference_key and key not in shown:
-        shown.append(key)
-        settings.result_name = key.name
-    baked = set(names_in(record.keys))
-    muted = {key.name: key.value for key in shown if not key.mute and key.name not in baked}
-    for name in muted:
-        shape_keys.turn_off(keys.key_blocks[name])
-    record.muted = json.dumps(muted)
+        named[""] = key  # known by its mark, whatever it is called by then
+    named = {name: each for name, each in named.items() if not each.mute}
+    record.muted = json.dumps({name: each.value for name, each in named.items()})
+    for each in named.values():
+        shape_keys.turn_off(each)
 
 
 def _shown_keys(obj):

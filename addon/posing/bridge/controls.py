@@ -7,7 +7,7 @@ from mathutils import Color
 
 from ... import ids
 from ...errors import SceneError
-from ...scene import rig_space, selection, shape_keys, vertex_groups, views
+from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
@@ -244,9 +244,7 @@ def select(handle):
 
 def is_moved_by_others(handle):
     """Whether keyframes, drivers or constraints have a say in where the control is."""
-    animation = handle.control.animation_data
-    is_animated = animation and (animation.action or len(animation.drivers) or len(animation.nla_tracks))
-    return bool(is_animated or len(mover(handle).constraints))
+    return actions.is_animated(handle.control) or len(mover(handle).constraints) > 0
 
 
 def mover(handle):

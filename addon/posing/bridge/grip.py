@@ -164,7 +164,9 @@ class _Before:
         self._weights = None
         self._result = shape_keys.result_positions(obj)
         self._had_keys = obj.data.shape_keys is not None
-        self._keys = _read_keys(obj)
+        key = shape_keys.result(obj)
+        self._relative_to = key and key.relative_key.name
+        self._shown = key and [getattr(key, name) for name in KEY_STATE]
         self._active_group = vertex_groups.active_name(obj)
 
     def region_weights(self, obj):
@@ -191,7 +193,11 @@ class _Before:
             declarations.clear(settings.bound)
         for kind in self.others:
             kind.turn(obj, True)
-        _bring_keys_back(obj, self._keys)
+        key = shape_keys.result(obj)
+        if key and self._shown:
+            key.relative_key = key.id_data.key_blocks.get(self._relative_to) or key.relative_key
+            for attribute, value in zip(KEY_STATE, self._shown, strict=True):
+                setattr(key, attribute, value)
         vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
 
@@ -201,27 +207,6 @@ class _Before:
             vertex_groups.replace_weights(obj, obj.vertex_groups[name], self._weights)
         else:
             region.remove_made_group(obj)
-
-
-def _read_keys(obj):
-    """{name of a key: how it is shown}, for _bring_keys_back()."""
-    keys = obj.data.shape_keys
-    return {
-        key.name: (key.relative_key.name, *(getattr(key, name) for name in KEY_STATE))
-        for key in (keys.key_blocks if keys else ())
-    }
-
-
-def _bring_keys_back(obj, states):
-    """Has the keys that are still there be shown as when _read_keys() was called."""
-    blocks = obj.data.shape_keys.key_blocks if obj.data.shape_keys else {}
-    for name, (relative_to, *values) in states.items():
-        if name not in blocks:
-            continue
-        if relative_to in blocks:
-            blocks[name].relative_key = blocks[relative_to]
-        for attribute, value in zip(KEY_STATE, values, strict=True):
-            setattr(blocks[name], attribute, value)
 
 
 def _channels(handle):

@@ -2,7 +2,6 @@
 """Has a bone drive a kept pose: off where the bone rests, fully on where it is now."""
 
 import bpy
-import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
@@ -69,12 +68,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         if not self.bone or abs(self.angle) < LEAST_ANGLE:
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         _drive(key, rig, self.bone, self.axis, self.angle)
-        notes = []
-        shape = shape_keys.result_positions(obj)
-        if shape is not None and not np.array_equal(shape, shape_keys.rest_positions(obj.data)):
-            notes.append("The handles pose the mesh too: press Reset to see the driven pose alone")
         degrees = f"{self.angle * 57.29578:.0f}"
-        return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", notes
+        return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", []
 
     def _fill_in(self, rig):
         """What was not given."""
@@ -107,10 +102,7 @@ def _driven_problem(obj):
         return None
     used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
     by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
-    return (
-        f"Shape key '{key.name}' is driven already{f' by {by}' if by else ''}, and that driver would be lost. To have "
-        "a bone drive it, right-click its value and choose Delete Driver first"
-    )
+    return f"Shape key '{key.name}' is driven already{by and f' by {by}'}. To replace that, delete its driver first"
 
 
 def _drive(key, rig, bone, axis, angle):

@@ -73,8 +73,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         obj.meanvalue.live = False
         near = SAME_POSE * fixed_points.bounding_box_diagonal(rest)
         if is_posed and self.keep == 'SHAPE_KEY' and np.abs(shape - rest).max() > near:
-            is_renamed = key.name != obj.meanvalue.bl_rna.properties["result_name"].default
-            key.name = self.name.strip() or (key.name if is_renamed else pose_names.of(obj, shape - rest))
+            given = self.name.strip() or ("" if key.name == ids.DEFAULT_RESULT_KEY else key.name)
+            key.name = given or pose_names.of(obj, shape - rest)
             key.slider_min = key_marks.mark(Role.KEPT, key.name)
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, pose_key.names(obj))

@@ -21,6 +21,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     bl_label = "Update"
     doing = "Updating"
     problems = (scene_input.unheld_problem,)
+
     def prepare(self, obj):
         return Posing(obj, is_checked=False)
 
