@@ -82,6 +82,8 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
         if is_new:
             draw_wrapped(layout, context, HINT, icon='INFO')
         _draw_grab(layout, context, obj)
+        if obj.mode == 'EDIT':
+            draw_add(layout.column(align=True))
         if not is_new:
             _draw_handles(layout, obj)
             _draw_pose(layout, obj)
@@ -96,15 +98,6 @@ class PosingPart(PanelPart):
     @classmethod
     def poll(cls, context):
         return super().poll(context) and not subject.of(context).meanvalue.baked.target
-
-
-class MEANVALUE_PT_selection(PosingPart, bpy.types.Panel):
-    """Handles and pins of selected vertices or of vertex groups"""
-
-    bl_label = "From Selection"
-
-    def draw(self, _context):
-        draw_add(self.layout.column(align=True))
 
 
 class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
@@ -266,7 +259,6 @@ CLASSES = (
     MEANVALUE_UL_handles,
     MEANVALUE_UL_kept_poses,
     MEANVALUE_PT_panel,
-    MEANVALUE_PT_selection,
     MEANVALUE_PT_active_handle,
     MEANVALUE_PT_region,
     MEANVALUE_PT_advanced,
