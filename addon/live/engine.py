@@ -131,7 +131,7 @@ def follow_all(settles=False):
         return
     with held():
         for obj, follower in roll.in_charge():
-            with _reporting(follower):
+            with views.where_shown(obj), _reporting(follower):
                 if settles or bpy.app.background:
                     follower.finish(obj)
                 else:
@@ -149,7 +149,7 @@ def _tick():
         is_missed, _is_missed = _is_missed, False
         with held():
             for obj, follower in roll.in_charge():
-                with _reporting(follower):
+                with views.where_shown(obj), _reporting(follower):
                     if is_missed:
                         follower.follow(obj)
                     else:

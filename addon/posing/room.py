@@ -8,6 +8,7 @@ from ..scene import subject
 from ..widgets import overlay as painters
 from . import old_files, properties
 from .bridge import controls, moved_meshes, orphans, overlay_data
+from .bridge import region as surroundings
 from .live.follower import Follower
 from .operators import (
     add_handle,
@@ -16,6 +17,7 @@ from .operators import (
     finish,
     grab,
     handles,
+    hover,
     pose,
     region,
     sample_rig_poses,
@@ -79,12 +81,14 @@ def unregister():
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     overlay.forget()
+    surroundings.forget()
     forget()
     orphans.forget()
 
 
 def scene_updated(depsgraph):
     moved_meshes.note(depsgraph)
+    hover.forget()  # it may be of another shape
     if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
     updated = (update.id.original for update in depsgraph.updates)
@@ -98,6 +102,7 @@ def chosen(active):
 
 def another_file():
     orphans.forget()
+    surroundings.forget()
     old_files.carry_over(bpy.data.objects)
     for obj in bpy.data.objects:
         old_files.mark_keys(obj)
@@ -113,5 +118,6 @@ def about_to_save():
 def forget():
     """Undo, redo or loading replaced everything that was read."""
     moved_meshes.forget()
+    hover.forget()
     overlay_data.clear()
     orphans.note()

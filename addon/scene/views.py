@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What 3D Views and the console show: has Blender draw when it has no reason of its own to."""
 
+import contextlib
 import sys
 import textwrap
 
@@ -64,17 +65,36 @@ def is_evaluated(obj):
     """Whether Blender evaluates an object in this view layer on its own account. Hidden by the eye it does."""
     if obj.visible_get():
         return True
-    return not obj.hide_viewport and _is_reached(bpy.context.view_layer.layer_collection, obj)
+    return not obj.hide_viewport and _is_reached(bpy.context.view_layer.layer_collection, obj, "hide_viewport")
 
 
-def _is_reached(layer_collection, obj):
-    """Whether a collection that Blender evaluates has the object."""
+def _is_reached(layer_collection, obj, switch):
+    """Whether a collection has the object for which, and for those above it, the switch (hide_...) is off."""
     collection = layer_collection.collection
-    if collection.hide_viewport:
+    if getattr(collection, switch):
         return False
     if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
         return True
-    return any(_is_reached(child, obj) for child in layer_collection.children)
+    return any(_is_reached(child, obj, switch) for child in layer_collection.children)
+
+
+def is_pressable(obj, context):
+    """Whether a press in the 3D View can be meant for what it shows of the object: not for wire, which shows what is
+    behind, nor for what cannot be selected."""
+    is_solid = obj.display_type not in {'WIRE', 'BOUNDS'} and not obj.hide_select
+    is_solid = is_solid and _is_reached(context.view_layer.layer_collection, obj, "hide_select")
+    return is_solid and is_visible(obj, context.space_data)
+
+
+@contextlib.contextmanager
+def where_shown(obj):
+    """Timers and handlers act in the first window's scene. Inside, the context is that of a window that has `obj`."""
+    windows = [each for each in bpy.context.window_manager.windows if obj.name in each.view_layer.objects]
+    if not windows or obj.name in bpy.context.view_layer.objects:
+        yield
+        return
+    with bpy.context.temp_override(window=windows[0]):
+        yield
 
 
 def say(text):

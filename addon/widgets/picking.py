@@ -41,8 +41,9 @@ class PickingOperator(ModalOperator, MeshOperator):
         return self.begin(context)
 
     def modal(self, context, event):
-        if event.value != 'PRESS' or event.type in VIEW_EVENTS:
-            return {'PASS_THROUGH'} if event.type in VIEW_EVENTS else {'RUNNING_MODAL'}
+        looks_around = event.type in VIEW_EVENTS or (event.alt and event.type in {'LEFTMOUSE', 'RIGHTMOUSE'})
+        if event.value != 'PRESS' or looks_around:
+            return {'PASS_THROUGH'} if looks_around else {'RUNNING_MODAL'}
         if event.type in {'ESC', 'RIGHTMOUSE', 'RET', 'NUMPAD_ENTER'}:
             self.end(context)
             return {'FINISHED'} if self._has_run else {'CANCELLED'}

@@ -79,7 +79,7 @@ def press(obj, region, view, mouse):
 
 
 def first_object(context, region, view, mouse):
-    """The object whose surface is to be seen under the mouse, or None."""
+    """The object whose surface is to be seen under the mouse, and can be selected; or None."""
     origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
     direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
     depsgraph = context.evaluated_depsgraph_get()
@@ -88,7 +88,7 @@ def first_object(context, region, view, mouse):
         if not is_hit:
             return None
         obj = obj.original
-        if views.is_visible(obj, context.space_data):
+        if views.is_pressable(obj, context):
             return obj
         origin = place + BEHIND * max(1.0, (place - origin).length) * direction
     return None

@@ -9,37 +9,9 @@ import pytest
 
 from addon.posing.core import springs
 from addon.posing.core.bind_input import soft_border
-from addon.posing.core.region_growth import distances, falloff, nearness, parts_within
 from addon.posing.core.tinted_faces import tinted_faces
 
-CHAIN = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (5, 6)], np.int32)
-CHAIN_POSITIONS = np.array([(0, 0, 0), (1, 0, 0), (3, 0, 0), (6, 0, 0), (10, 0, 0), (0, 1, 0), (1, 1, 0)], np.float32)
-
-
-def chosen(mask):
-    return np.flatnonzero(mask).tolist()
-
-
-@pytest.mark.parametrize(
-    "seeds, distance, expected",
-    [([0], 1.2, []), ([0], 1.5, [5, 6]), ([0, 2], 0.2, []), ([0, 2], 1.0, [5, 6]), ([5], 9.0, []),
-     ([5], 10.1, [0, 1, 2, 3, 4]), ([1, 6], 99.0, [])],
-)  # fmt: skip
-def test_whole_parts_that_are_near_in_space(seeds, distance, expected):
-    assert chosen(parts_within(CHAIN, CHAIN_POSITIONS, np.array(seeds), distance)) == expected
-
-
-def test_parts_are_found_in_whatever_order_their_edges_come():
-    numbers = np.random.default_rng(3)
-    chain = np.stack([np.arange(400), np.arange(1, 401)], axis=1)
-    order = numbers.permutation(403)
-    positions = np.full((403, 3), 0.5, np.float32)
-    positions[order[200]] = 9.0
-    edges = order[np.concatenate([numbers.permutation(chain), [(401, 402)]])]
-    near = parts_within(edges, positions, order[402:], 1.0)
-    assert not near.any(), "one vertex of the chain is far"
-    near = parts_within(edges, positions, order[402:], 99.0)
-    assert chosen(~near) == sorted(order[401:].tolist())
+NO_FACES = np.empty((0, 3), np.int32)
 
 
 @pytest.mark.parametrize("limit", [0.5, 2.0, 5.0])
@@ -48,25 +20,26 @@ def test_distances_are_those_of_dijkstra(limit):
     positions = rng.random((60, 3)).astype(np.float32) * 3.0
     edges = np.unique(np.sort(rng.integers(0, 60, (150, 2)), axis=1), axis=0).astype(np.int32)
     edges = edges[edges[:, 0] != edges[:, 1]]
-    lengths = np.linalg.norm(positions[edges[:, 0]].astype(np.float64) - positions[edges[:, 1]], axis=1)
-    found, _origins = nearness(edges, lengths, np.array([3, 9]), len(positions), limit)
-    assert chosen(found <= limit) == dijkstra(edges, positions, [3, 9], limit)
+    found = meanvalue.SurfaceWays(positions, edges, NO_FACES).distances([3], limit)
+    along = np.array([dijkstra(edges, positions, 3).get(vertex, np.inf) for vertex in range(60)])
+    expected = np.maximum(np.linalg.norm(positions - positions[3], axis=1), along / 2.0**0.5)
+    assert np.allclose(found, np.where(expected <= limit, expected, np.inf))
 
 
-def dijkstra(edges, positions, seeds, limit):
+def dijkstra(edges, positions, seed):
     positions = positions.astype(np.float64)
     shortest = {}
-    queue = [(0.0, seed) for seed in seeds]
+    queue = [(0.0, seed)]
     while queue:
         gone, vertex = heapq.heappop(queue)
-        if gone > limit or vertex in shortest:
+        if vertex in shortest:
             continue
         shortest[vertex] = gone
         for first, second in edges.tolist():
             if vertex in (first, second):
                 other = second if vertex == first else first
                 heapq.heappush(queue, (gone + np.linalg.norm(positions[first] - positions[second]), other))
-    return sorted(shortest)
+    return shortest
 
 
 def test_only_faces_that_lie_wholly_in_the_region_are_tinted():
@@ -89,11 +62,13 @@ def test_only_faces_that_lie_wholly_in_the_region_are_tinted():
 
 def test_a_falloff_goes_down_without_a_kink():
     steps = np.linspace(0.0, 3.0, 301)
-    weights = falloff(steps, 1.0, 2.0)
+    line, edges = np.outer(steps, (1.0, 0.0, 0.0)), np.stack([np.arange(300), np.arange(1, 301)], axis=1)
+    weights = meanvalue.SurfaceWays(line, edges, NO_FACES).falloff([0], 2.0, 0.5)
     assert (weights[steps <= 1.0] == 1.0).all() and (weights[steps >= 2.0] == 0.0).all()
     assert (np.diff(weights) <= 0.0).all() and weights[150] == pytest.approx(0.5)
     assert np.abs(np.diff(weights, 2)).max() < 1e-3
-    assert falloff(np.array([np.inf]), 1.0, 2.0)[0] == 0.0
+    weights = meanvalue.SurfaceWays(line, edges, NO_FACES).falloff([0], 1e-9)
+    assert np.flatnonzero(weights).tolist() == [0, 1, 2], "the next edges follow"
 
 
 def square_grid(rows):
@@ -103,6 +78,10 @@ def square_grid(rows):
     along = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
     positions = np.array([(x, y, 0.0) for x in range(rows) for y in range(rows)], np.float32)
     return np.concatenate([across, along]).astype(np.int32), positions
+
+
+def distances(edges, positions, seeds, limit):
+    return meanvalue.SurfaceWays(positions, edges, NO_FACES).distances(seeds, limit)
 
 
 def test_what_is_equally_far_on_a_flat_grid_lies_on_a_circle():
@@ -118,6 +97,80 @@ def test_what_is_folded_back_is_not_near():
     positions[right, 0], positions[right, 2] = 20.0 - positions[right, 0], 0.1
     found = distances(edges, positions, np.array([220 - 5 * 21]), 10.0)
     assert found[220 + 5 * 21] > 7.0
+
+
+# Pieces, and limbs
+
+
+def lathe(profile, columns=16):
+    """(positions, triangles) of a shape of revolution: (radius, height) of each ring."""
+    angles = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
+    points = [(radius * np.cos(a), radius * np.sin(a), height) for radius, height in profile for a in angles]
+    number = np.arange(len(points)).reshape(-1, columns)
+    low, high = number[:-1], number[1:]
+    quads = np.stack([low, np.roll(low, -1, 1), np.roll(high, -1, 1), high], axis=-1).reshape(-1, 4)
+    return np.array(points), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+
+
+def surface_ways(*pieces, gap=0.0):
+    """(positions, SurfaceWays) of several (positions, triangles)."""
+    firsts = np.cumsum([0, *(len(points) for points, _ in pieces)])
+    points = np.concatenate([points for points, _ in pieces])
+    triangles = np.concatenate([faces + first for (_, faces), first in zip(pieces, firsts, strict=False)])
+    edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    return points, meanvalue.SurfaceWays(points, edges, triangles, gap=gap)
+
+
+TUBE = [(0.2, height) for height in np.linspace(0.0, 3.0, 61)]
+
+
+def test_layers_are_equally_far_and_what_is_only_near_in_space_is_not_reached():
+    points, faces = lathe(TUBE)
+    sleeve, _ = lathe([(0.21, height) for _, height in TUBE])
+    found, ways = surface_ways((points, faces), (sleeve, faces), (np.add(points, (0.5, 0.0, 0.0)), faces), gap=0.02)
+    for seed in (0, 30 * 16):
+        skin, over, beside = ways.distances([seed], 1.0).reshape(3, -1)
+        near = np.isfinite(skin)
+        assert near.sum() > 100 and (near == np.isfinite(over)).all()
+        assert np.abs(skin[near] - over[near]).max() < 0.02
+        assert np.isinf(beside).all(), "the other limb is 0.1 away"
+    assert np.unique(ways.parts).tolist() == [0, 976, 1952]
+    assert (ways.distances([0], 9.0).reshape(3, -1)[1] == -1.0).all(), "a piece that is within it whole"
+    assert np.isinf(meanvalue.SurfaceWays(found, [(0, 1)], NO_FACES).distances([0], 9.0)[2:]).all()
+
+
+def test_a_beam_that_goes_through_another_touches_it_wherever_its_corners_are():
+    upright = lathe([(0.1, 0.0), (0.1, 4.0)], 4)
+    across = np.add(upright[0][:, [2, 1, 0]], (-1.7, 0.0, 1.6)), upright[1]
+    _, ways = surface_ways(upright, across, gap=0.02)
+    assert (ways.distances([0], 6.0)[8:] == -1.0).all()
+    assert not np.isfinite(ways.distances([0], 1.4)[8:]).any(), "the way goes through where they meet"
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e4])
+def test_a_limb_ends_at_the_body_and_a_ball_has_none(scale):
+    body = [(0.1 + 0.9 * np.sin(turn), 2.0 + 0.9 * (1.0 - np.cos(turn))) for turn in np.linspace(0.0, np.pi, 40)]
+    arm = [(0.1 * min(1.0, height / 0.1 + 0.05), height) for height in np.linspace(0.0, 2.0, 60)[:-1]]
+    points, ways = surface_ways(*[(found * scale, faces) for found, faces in [lathe(arm + body, 24)]])
+    for height in (0.0, 0.5):
+        pressed = int(np.abs(points[:, 2] / scale - height).argmin())
+        assert ways.limb(pressed, 4.0 * scale) == pytest.approx((2.0 - height) * scale, rel=0.2)
+    assert ways.limb(len(points) - 1, 4.0 * scale) == 0.0
+    _, ways = surface_ways(lathe([(np.sin(turn), -np.cos(turn)) for turn in np.linspace(0.05, 3.09, 40)], 24))
+    assert all(ways.limb(vertex, 3.0) == 0.0 for vertex in (0, 300, 500))
+    edges, flat = square_grid(21)
+    assert meanvalue.SurfaceWays(flat, edges, NO_FACES).limb(220, 20.0) == 0.0
+
+
+def test_ways_over_damaged_meshes_are_refused_or_end():
+    points, faces = lathe(TUBE)
+    broken = points.copy()
+    broken[40] = np.nan, np.inf, 0.0
+    _, ways = surface_ways((broken, faces), (points, faces), gap=0.02)
+    assert np.isfinite(ways.distances([0], 0.5)).sum() > 50 and np.isfinite(ways.limb(0, 3.0))
+    for edges, triangles, seeds in ([[(0, 976)], faces, [0]], [[(0, 1)], faces + 1, [0]], [[(0, 1)], faces, [-1]]):
+        with pytest.raises(meanvalue.InvalidInput, match="vertices"):
+            meanvalue.SurfaceWays(points, edges, triangles).distances(seeds, 1.0)
 
 
 def test_only_weights_between_none_and_all_are_a_border():
@@ -143,7 +196,8 @@ def disk(rows, strength=None):
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
     away = np.linalg.norm(points, axis=1)
-    weights = falloff(away, 0.1, 0.8)
+    edges = np.concatenate([quads[:, :2], quads[:, 1:3], quads[:, 2:], quads[:, [3, 0]]])
+    weights = meanvalue.SurfaceWays(points, edges, NO_FACES).falloff([rows * rows // 2], 0.8, 0.125)
     handle = np.flatnonzero(away <= 0.1)
     border, held = soft_border(weights, handle, 15.0) if strength else (np.empty(0, np.int32), np.empty(0))
     anchors = np.concatenate([handle, border]).astype(np.int32)

@@ -39,6 +39,26 @@ def test_a_loose_part_within_size_goes_along_whole():
     assert not far.any()
 
 
+@pytest.mark.parametrize("outer, size", [(1.0, 0.4), (1.025, 0.4), (1.025, 0.05)])
+def test_layers_go_alike_and_a_limb_beside_stays(outer, size):
+    """A tube, one in its place or just outside, as clothes are, and one beside them that is nearer than Size."""
+    turns, rows = np.radians(np.arange(0.0, 360.0, 22.5)), np.arange(41)
+    vertices = np.array([(0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.05 * row) for row in rows for turn in turns])
+    below = np.array([(16 * row + k, 16 * row + (k + 1) % 16) for row in rows[:-1] for k in range(16)])
+    faces = np.concatenate([below, below[:, ::-1] + 16], axis=1)
+    layers = [vertices, vertices * (outer, outer, 1.0), np.add(vertices, (0.45, 0.0, 0.0))]
+    count = len(vertices)
+    obj = meshes.make_object(
+        np.concatenate(layers).tolist(), np.concatenate([faces + k * count for k in range(3)]).tolist(), "Limbs"
+    )
+    grab(vertex=count - 8, offset=(0.4, 0.0, 0.1), size=size)
+    inner, over, beside = (handles.shown(obj) - handles.rest(obj)).reshape(3, count, 3)
+    assert np.abs(inner).max() > 0.3 and not beside.any()
+    assert np.abs(inner - over).max() < 0.02, "about what the outer one is wider by"
+    weights = region_weights(obj).reshape(3, count)
+    assert np.abs(weights[0] - weights[1]).max() < 0.02 and not weights[2].any()
+
+
 def test_a_size_below_one_edge_still_has_something_follow():
     obj = sheet()
     grab(size=0.005)
@@ -194,7 +214,7 @@ def test_a_pin_where_the_mesh_is_posed_holds_it_there():
     assert lift(obj)[MIDDLE + 5] == pytest.approx(before, abs=1e-3)
 
 
-@pytest.mark.parametrize("vertex, text", [(MIDDLE, "'Pin' is pinned here"), (COLUMNS * COLUMNS, "has no edges")])
+@pytest.mark.parametrize("vertex, text", [(MIDDLE, "'Pin' is pinned here"), (COLUMNS**2, "no face at this vertex")])
 def test_pins_and_loose_vertices_are_not_dragged(vertex, text):
     obj = sheet()
     obj.data.vertices.add(1)

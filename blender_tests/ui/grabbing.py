@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool, by the mouse: from a fresh mesh to a drag, its size, pins, Finish."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 from harness import grab, view
-from support import meshes, steps
+from support import installed, meshes, steps
 
 
 def three_acts_from_a_fresh_mesh(ui):
@@ -68,8 +70,50 @@ def escape_takes_all_back(ui):
     assert len(grab.handles()) == 1 and np.abs(grab.seen() - pulled).max() < 5e-3
 
 
+def a_limb_is_suggested_and_shown_before_the_press(ui):
+    """A ball with an arm, whose end is 3.7 from where it begins: so far goes Size, until the artist changes it."""
+    arm = [(0.3 * min(1.0, 0.2 + 2.0 * way), 6.0 - way) for way in np.linspace(0.0, 4.0, 60)]
+    body = [(2.0 * np.sin(turn), 2.0 * np.cos(turn)) for turn in np.linspace(0.2, np.pi - 0.1, 30)]
+    angles = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+    places = [(x, radius * np.sin(a), radius * np.cos(a)) for radius, x in arm + body for a in angles]
+    quads = [[32 * row + k, 32 * row + (k + 1) % 32] for row in range(89) for k in range(32)]
+    meshes.activate(meshes.make_object(places, [(*low, low[1] + 32, low[0] + 32) for low in quads], "Ball"))
+    ui.remember()
+    yield from grab.look_along_y(ui)
+    whole = np.linalg.norm(np.ptp(places, axis=0))
+    yield from ui.move_mouse(*ui.project((0.0, -1.9, 0.0)))
+    yield from ui.pause(1.0)
+    yield from ui.screenshot("grab_hover_body")
+    start = ui.project((5.7, -0.3, 0.0))
+    hover = installed.part("posing.operators.hover")
+    yield from ui.move_mouse(*start)
+    yield from ui.wait_until(lambda: hover._found is not None and hover._found.place.x > 5.0, "it is shown")
+    assert abs(hover._found.size * whole - 3.7) < 0.6, hover._found.size * whole
+    yield from ui.screenshot("grab_hover_arm")
+    body, arm = (ui.picture(f"grab_hover_{name}")[..., :3] for name in ("body", "arm"))
+    x, y = ui.project((5.0, -0.3, 0.0))
+    assert (arm - body)[y, x, 2] > (arm - body)[y, x, 0] + 0.05, "the arm is tinted"
+    yield from grab.drag_open(ui, start, 0, 60)
+    yield from grab.turn_wheel(ui, 'WHEELDOWNMOUSE', 1)
+    assert hover._found is None
+    ui._send('LEFTMOUSE', 'RELEASE')
+    yield from ui.wait_until(grab.is_at_rest, "the arm has followed")
+    assert abs(grab.handles()[0].size * 1.15 * whole - 3.7) < 0.6, grab.handles()[0].size * whole
+    assert abs(grab.tool_settings().size - 0.2) < 1e-6, grab.tool_settings().size
+    yield from ui.undo()
+    grab.tool_settings().size = 0.1
+    yield from grab.drag(ui, start, 0, 60)
+    assert abs(grab.handles()[0].size - 0.1) < 1e-6
+    said = []
+    header = SimpleNamespace(layout=SimpleNamespace(label=lambda text: said.append(text)))
+    with view.override():
+        installed.part("posing.ui.grab_tool").meanvalue_draw_status(header, bpy.context)
+    assert "Shift-Click: Pin" in said[0] and "Wheel" in said[0]
+
+
 def the_wheel_changes_the_size(ui):
     yield from grab.set_up(ui)
+    grab.tool_settings().size = 0.22  # the artist's own
     start = ui.project(grab.front(z=0.5))
     yield from grab.drag_open(ui, start, 90, 60)
     yield from ui.pause(0.5)
@@ -84,9 +128,7 @@ def the_wheel_changes_the_size(ui):
     ui._send('LEFTMOUSE', 'RELEASE')
     yield from ui.wait_until(grab.is_at_rest, "the drag has ended")
     yield from ui.screenshot("grab_5_size_shrunk")
-    with view.override():
-        tool = bpy.context.workspace.tools.from_space_view3d_mode('OBJECT')
-        assert abs(tool.operator_properties(grab.TOOL).size - 0.2 * 1.15**-4) < 1e-3
+    assert abs(grab.tool_settings().size - 0.22 * 1.15**-4) < 1e-3
 
     # Of the handle that is there, the same way.
     before = grab.region_size()
@@ -162,6 +204,32 @@ def finish(ui):
     assert len(grab.handles()) == 1 and grab.handles()[0].control is not None
     yield from ui.wait_until(grab.is_at_rest, "it is live again")
     assert np.abs(grab.seen() - pulled).max() < 5e-3
+
+
+def alt_and_the_left_button_look_around(ui):
+    """In a keymap that turns the view so, while the tool is active and while a place is picked."""
+    yield from grab.set_up(ui)
+    keymap = bpy.context.window_manager.keyconfigs.addon.keymaps.new(name="3D View", space_type='VIEW_3D')
+    item = keymap.keymap_items.new("view3d.rotate", 'LEFTMOUSE', 'PRESS', alt=True)
+    start, seen = ui.project(grab.front(z=0.5)), view.area().spaces.active.region_3d
+    for operator in (None, "meanvalue.pick_wrap_pairs"):
+        if operator:
+            grab.make_ball(ui, "Other", (6.0, 0.0, 0.0))
+            meshes.activate(grab.ball())
+            bpy.data.objects["Other"].select_set(True)
+            yield from ui.invoke(operator)
+        before = seen.view_rotation.copy()
+        yield from ui.move_mouse(*start)
+        ui._send('LEFTMOUSE', 'PRESS', {"alt": True})
+        yield
+        yield from ui._glide((start[0] + 80, start[1] + 30), 4, None)
+        ui._send('LEFTMOUSE', 'RELEASE')
+        yield
+        assert before.rotation_difference(seen.view_rotation).angle > 0.05, operator
+        assert not grab.handles() and len(grab.ball().meanvalue.wrap.pairs) == 0
+    assert ui.status_text() is not None, "it goes on"
+    yield from ui.key('RET')
+    keymap.keymap_items.remove(item)
 
 
 def a_press_beside_the_mesh_leaves_all_as_it_is(ui):

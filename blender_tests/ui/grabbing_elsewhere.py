@@ -63,6 +63,31 @@ def another_object_is_grabbed_by_the_same_press(ui):
     assert len(grab.handles()) == 1
 
 
+def wire_and_what_cannot_be_selected_are_passed_through(ui):
+    yield from grab.set_up(ui)
+    grab.make_ball(ui, "Front", (0.0, -5.0, 0.0))
+    front, held = bpy.data.objects["Front"], bpy.data.collections.new("Held")
+    bpy.context.scene.collection.children.link(held)
+    ui.remember()
+    start = ui.project((0.0, -7.0, 0.5))
+    for count, (owner, name, value) in enumerate(
+        [(front, "display_type", 'WIRE'), (front, "hide_select", True), (held, "hide_select", True)]
+    ):
+        if owner == held:
+            for collection in front.users_collection:
+                collection.objects.unlink(front)
+            held.objects.link(front)
+        former = getattr(owner, name)
+        setattr(owner, name, value)
+        bpy.context.view_layer.objects.active = None
+        yield from ui.drag_mouse((start[0] + 30 * count, start[1]), (start[0] + 30 * count, start[1] + 40))
+        assert len(grab.handles()) > 0 and len(front.meanvalue.handles) == 0, (name, ui.reports())
+        setattr(owner, name, former)
+    bpy.context.view_layer.objects.active = None
+    yield from ui.drag_mouse(start, (start[0] + 50, start[1]))
+    assert len(front.meanvalue.handles) == 1, ui.reports()
+
+
 def what_is_linked_is_refused_before_anything_is_written(ui):
     yield from grab.set_up(ui)
     obj = grab.ball()

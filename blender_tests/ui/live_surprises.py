@@ -36,6 +36,34 @@ def adjusting_add_handle_takes_the_same_vertices(ui):
     assert [handle.name for handle in made] == ["Renamed"], [handle.name for handle in made]
 
 
+def a_mesh_in_another_windows_scene_follows(ui):
+    """Timers, and handlers, act in the first window, which shows another scene."""
+    obj, control = handles.tube()
+    follower, is_in_scene = installed.part("live.roll").follower_of(obj), []
+    for name, acts in (("tick", follower.tick), ("follow", follower.follow)):
+        look = lambda obj, acts=acts: (is_in_scene.append(obj.name in bpy.context.view_layer.objects), acts(obj))  # noqa: E731
+        setattr(follower, name, look)
+    with view.override():
+        bpy.ops.wm.window_new_main()
+    yield
+    bpy.context.window_manager.windows[0].scene = bpy.data.scenes.new("Elsewhere")
+    yield from ui.pause(1.0)
+    for way in (2.0, -1.0):
+        place = control.location.x + way
+        control.location.x = place
+        yield from ui.wait_until(lambda place=place: is_there(obj, place), "the mesh follows")
+        yield from ui.pause(1.5)
+        assert is_there(obj, place), "and stays, when what is left is done"
+    assert len(is_in_scene) > 4 and all(is_in_scene), is_in_scene
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[1]):
+        bpy.ops.wm.window_close()
+
+
+def is_there(obj, place):
+    keys = obj.data.shape_keys
+    return keys is not None and abs((handles.shown(obj) - handles.rest(obj))[handles.TOP, 0] - place).max() < 1e-3
+
+
 def disabled_during_a_bind(ui):
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=299, y_subdivisions=299, size=4.0)
     obj = bpy.context.object

@@ -23,6 +23,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
 /// Needs the classes of encodings and of Deformer.
 void bind_morph(py::module_& module);
 void bind_sliders(py::module_& module);
+void bind_surface(py::module_& module);
 void bind_baselines(py::module_& module);
 
 /// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched

@@ -54,5 +54,6 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_deformer(module);
     meanvalue::bindings::bind_morph(module);
     meanvalue::bindings::bind_sliders(module);
+    meanvalue::bindings::bind_surface(module);
     meanvalue::bindings::bind_baselines(module);
 }

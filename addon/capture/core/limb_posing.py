@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from ...posing.core.region_growth import nearness
 from ...scene.core.rigid import unit
 from . import facing, proportions
 from .hip_centres import hips_of
@@ -100,9 +99,16 @@ def _along_from(seeds, points, reach):
     one point to another; infinite where there is none."""
     squares = (points**2).sum(axis=1)
     apart = squares[:, None] - 2.0 * points @ points.T + squares
-    steps = np.argwhere(np.triu(apart < reach**2, 1))
-    lengths = np.sqrt(np.maximum(apart[steps[:, 0], steps[:, 1]], 0.0))
-    return nearness(steps, lengths, np.flatnonzero(seeds), len(points), np.inf)[0]
+    steps = np.where(apart < reach**2, np.sqrt(np.maximum(apart, 0.0)), np.inf)
+    found = np.where(seeds, 0.0, np.inf)
+    left = found.copy()
+    while left.min(initial=np.inf) < np.inf:  # Dijkstra
+        nearest = left.argmin()
+        left[nearest] = np.inf
+        ways = found[nearest] + steps[nearest]
+        is_nearer = ways < found
+        found[is_nearer] = left[is_nearer] = ways[is_nearer]
+    return found
 
 
 def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):

@@ -11,7 +11,7 @@ from ...live import engine, roll
 from ...scene import declarations, mesh_arrays, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
-from .region import HANDLE_SHARE, radius
+from .region import radius
 
 #: Sizes closer than this are the same one.
 SAME_SIZE = 1e-6
@@ -52,10 +52,13 @@ class Grip:
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
-            if not (mesh_arrays.edges(obj.data) == vertex).any():
-                raise SceneError("The vertex under the mouse has no edges, so nothing can follow it. Press elsewhere")
+            if not (mesh_arrays.faces(obj.data)[0] == vertex).any():
+                raise SceneError(
+                    f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face, or fill the "
+                    "mesh with faces (Edit Mode, F)"
+                )
             rig_space.measure(obj)  # throws before anything is changed
-            vertices = new_handles.near_vertices(obj, vertex, HANDLE_SHARE * radius(obj, size))
+            vertices = new_handles.near_vertices(obj, vertex, size)
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
             self.has_size = bool(obj.meanvalue.roi_group) or is_first
             handle = new_handles.add_handle(obj, vertices, new_name=ids.HANDLE_NAME)

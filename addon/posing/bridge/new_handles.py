@@ -55,10 +55,12 @@ def handle_at(obj, vertex):
     return None
 
 
-def near_vertices(obj, vertex, distance):
-    """Indices, int32: `vertex` and those within `distance` of it along edges that no other handle has."""
-    distances = region.Surface(obj, np.array([vertex])).distances(distance)
-    near = np.flatnonzero(distances <= distance).astype(np.int32)
+def near_vertices(obj, vertex, size):
+    """Indices, int32, of what a handle of that Size holds at `vertex`: what is near over the surface, on all layers,
+    and in no other handle. Pieces that lie completely within Size go along as they are, without being held."""
+    reach = region.radius(obj, size)
+    distances = region.Surface(obj, [vertex]).distances(reach)
+    near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
     return near[(near == vertex) | ~np.isin(near, held)]
 
@@ -72,7 +74,7 @@ def toggle_pin(obj, vertex, size, name=""):
     index = handle_at(obj, vertex) if index < 0 else index
     if index is not None:
         return _let_go(obj, index)
-    vertices = near_vertices(obj, vertex, region.HANDLE_SHARE * region.radius(obj, size))
+    vertices = near_vertices(obj, vertex, size)
     rest, posed = positions(obj, vertices)
     is_posed = np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj)
     if is_posed:

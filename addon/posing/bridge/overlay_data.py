@@ -25,7 +25,7 @@ class Look:
     #: k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides.
     anchors: np.ndarray
     handles: np.ndarray  # k int32, number of the enabled handle of each
-    tinted: np.ndarray  # p int32, vertices of the region's faces, as Subdivision shows them; none if no region is set
+    tinted: np.ndarray  # p int32, vertices of the region's faces; none if no region is set
     freedom: np.ndarray  # p float32, how freely these move, 0 to 1
     corners: np.ndarray  # q x 3 int32, triangles of them, positions in `tinted`
     positions: np.ndarray  # n x 3 float32, where all vertices are to be seen
@@ -64,7 +64,7 @@ def look(obj):
     key = compat.session_key(obj)
     model = scene_input.model(obj)
     model.is_watched = True
-    known, positions = _known.get(key, NOTHING), shown_shape.all_positions(obj)
+    known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
     stamp, is_same_mesh = model.stamp(obj), known is not NOTHING and len(known.positions) == len(positions)
     is_same_list = is_same_mesh and known.stamp.signature == stamp.signature
     if not (is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
@@ -88,21 +88,11 @@ def _read(obj, stamp, reading, positions):
         freedom = scene_input.region_weights(obj, reading)
         copies = seams.copies(obj, rest, reading.faces)
         freedom = scene_input.effective_region(obj, freedom, copies, None if twins is None else twins[None])
-        tinted, corners, freedom = _tint(obj, reading.faces, freedom, positions)
+        tinted, corners = tinted_faces.tinted_faces(
+            mesh_arrays.shown_triangles(obj.data), *reading.faces, freedom > 0.0
+        )
+        freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
-
-
-def _tint(obj, faces, freedom, positions):
-    """(vertices, corners, freedom of these vertices) of the mesh that is shown."""
-    subdivided = shown_shape.subdivided(obj)
-    if subdivided is None:
-        triangles = mesh_arrays.shown_triangles(obj.data)
-        vertices, corners = tinted_faces.tinted_faces(triangles, *faces, freedom > 0.0)
-        return vertices, corners, freedom[vertices]
-    quads, _starts = mesh_arrays.faces(subdivided)
-    triangles, pieces = mesh_arrays.shown_triangles(subdivided), len(quads) // (4 * len(faces[0]))
-    vertices, corners = tinted_faces.tinted_faces(triangles, *faces, freedom > 0.0, pieces)
-    return vertices, corners, tinted_faces.freedom_of_pieces(freedom, vertices, positions, quads, *faces)
 
 
 def _on_both_sides(anchors, handles, twins):

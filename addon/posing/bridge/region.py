@@ -7,14 +7,20 @@ from ... import ids
 from ...errors import SceneError
 from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
-from ..core import region_growth
+from ...solver import native_loader
+from ...solver.core import fingerprint
 from . import members
 
 #: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
 HANDLE_SHARE = 0.15
 
-#: However small Size is, surroundings reach over this many edges, or no vertex would be free to follow.
-LEAST_EDGES = 2.5
+#: Pieces of a mesh that are no farther apart than this share of its size nearly touch.
+NEARLY = 0.005
+
+#: No limb is longer than this share of the mesh's size.
+LONGEST_LIMB = 0.8
+
+_known_ways = {}  # digest of rest shape and edges: SurfaceWays
 
 
 def require_own_group(obj):
@@ -70,27 +76,55 @@ def copies_of(obj, vertex):
 
 
 class Surface:
-    """The mesh over which regions grow from the vertices `seeds`: rest shape, edges and seeds, with copies merged."""
+    """The mesh over which regions grow from the vertices `seeds`: its rest shape, with copies merged.
+
+    Distances go over edges, and over to another piece of the mesh where two touch or nearly touch, as clothes do.
+    """
 
     def __init__(self, obj, seeds):
-        self.rest = shape_keys.rest_positions(obj.data)
-        self.edges, self.seeds, self._first = mesh_arrays.edges(obj.data), seeds, seams.copies(obj, self.rest)
-        if self._first is not None:
-            edges = self._first[self.edges]
-            self.edges, self.seeds = edges[edges[:, 0] != edges[:, 1]], np.unique(self._first[seeds])
-
-    def longest_edge(self):
-        """Length of the longest edge at a seed; 0 without edges."""
-        own = self.edges[np.isin(self.edges, self.seeds).any(axis=1)]
-        return np.linalg.norm(self.rest[own[:, 0]] - self.rest[own[:, 1]], axis=1).max(initial=0.0)
+        self._first, self._ways = _ways(obj)
+        self._seeds = seeds if self._first is None else self._first[seeds]
 
     def distances(self, limit):
-        """n float64: how far each vertex is from the seeds, over the rest shape; infinite beyond `limit`."""
-        return self.of_mesh(region_growth.distances(self.edges, self.rest, self.seeds, limit))
+        """n float64: how far each vertex is from the seeds, over the rest shape; infinite beyond `limit`, and below 0
+        in pieces without a seed that lie completely within it."""
+        return self._of_mesh(self._ways.distances(self._seeds, limit))
 
-    def of_mesh(self, values):
+    def falloff(self, limit, free=0.0):
+        """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do."""
+        return self._of_mesh(self._ways.falloff(self._seeds, limit, free))
+
+    def limb(self, limit):
+        """How far the limb goes that the first seed is on, up to the body; 0 where there is none within `limit`."""
+        return self._ways.limb(int(self._seeds[0]), limit)
+
+    def _of_mesh(self, values):
         """Values of the merged vertices, given to all copies of each."""
         return values if self._first is None else values[self._first]
+
+
+def _ways(obj):
+    """(copies as of seams, the SurfaceWays over the mesh in which they are merged, which is kept of the last mesh)."""
+    rest, edges = shape_keys.rest_positions(obj.data), mesh_arrays.edges(obj.data)
+    first = seams.copies(obj, rest)
+    if first is not None:
+        edges = first[edges]
+        edges = edges[edges[:, 0] != edges[:, 1]]
+    key = fingerprint.digest(rest, edges)
+    if key not in _known_ways:
+        make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
+        ways = make(rest, edges, none)
+        if len(edges) and (ways.parts[edges[:, 0]] != ways.parts[edges[0, 0]]).any():
+            triangles = mesh_arrays.triangles(obj.data, rest)
+            triangles = triangles if first is None else first[triangles]
+            ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
+        forget()
+        _known_ways[key] = ways
+    return first, _known_ways[key]
+
+
+def forget():
+    _known_ways.clear()
 
 
 def seeds_of(obj, handle):
@@ -117,23 +151,26 @@ def shown_size(obj):
     return float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
 
 
+def suggested_size(obj, vertex):
+    """The Size of the limb that has the vertex, up to the body; None where it is on none."""
+    whole = radius(obj, 1.0)
+    return Surface(obj, [vertex]).limb(LONGEST_LIMB * whole) / whole or None
+
+
 def around(obj, *handles):
-    """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. Nearer vertices have more. Loose
-    parts that lie completely within that, as eyes in a head, have 1."""
+    """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. Nearer vertices have more. Pieces
+    that lie completely within that, as eyes in a head, have 1."""
     found = np.zeros(len(obj.data.vertices))
     handles = [handle for handle in handles if handle.size > 0.0]
     for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
         if len(seeds):
-            found = np.maximum(found, _falloff(obj, seeds, (1.0 - HANDLE_SHARE) * radius(obj, handle.size)))
+            found = np.maximum(found, Surface(obj, seeds).falloff((1.0 - HANDLE_SHARE) * radius(obj, handle.size)))
     return found
 
 
-def _falloff(obj, seeds, distance):
-    surface = Surface(obj, seeds)
-    distance = max(distance, LEAST_EDGES * surface.longest_edge())
-    weights = region_growth.falloff(surface.distances(distance), 0.0, distance)
-    loose = region_growth.parts_within(surface.edges, surface.rest, surface.seeds, distance)
-    return np.maximum(weights, surface.of_mesh(loose))
+def around_vertex(obj, vertex, size):
+    """n float, 0 to 1: about what around() gives for a handle of that size which is made at `vertex`."""
+    return Surface(obj, [vertex]).falloff(radius(obj, size), HANDLE_SHARE)
 
 
 def without(obj, handle, weights):

@@ -13,7 +13,7 @@ from ...widgets import picking, under_mouse
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
 from ..bridge.grip import Grip
-from . import pressing, tool_choice
+from . import hover, pressing, tool_choice
 from .drag_circle import DragCircle
 from .handles import insert_keyframes
 
@@ -27,8 +27,7 @@ TICK_SECONDS = 0.1
 GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
 
-#: Of Size, a share of the mesh's size: how far the surroundings follow at first, and its limits.
-FIRST_SIZE = 0.2
+#: Limits of Size, a share of the mesh's size.
 LEAST_SIZE = 0.005
 MOST_SIZE = 3.0
 
@@ -50,8 +49,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     size: bpy.props.FloatProperty(
         name="Size",
         description="How far the surroundings of the handle follow, as a share of the mesh's size. They follow less "
-        "the farther they are",
-        default=FIRST_SIZE,
+        "the farther they are. At its default, the tool begins with the limb under the mouse, up to the body",
+        default=tool_choice.FIRST_SIZE,
         min=LEAST_SIZE,
         soft_max=1.0,
         max=MOST_SIZE,
@@ -120,8 +119,14 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         self.object_name = obj.name
         self.remember_object(obj)
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
+        self._fits = self._is_to_fit = not self.handle and tool_choice.fits(context)
+        if self._fits:
+            self.size = tool_choice.FIRST_SIZE
         if self.pin:
             return self.execute(context)
+        if hover.is_small(context, obj):
+            self._fit(context, obj)
+        hover.forget()
         self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
         self.size = self._size_taken = own_size or self.size
@@ -176,11 +181,19 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 return
             if self._covered:
                 raise SceneError(pressing.in_front(obj, self._covered))
+            self._fit(context, obj)
+            self._size_taken = self.size
             self._grip = Grip(obj, self.vertex, self.size, self.handle)
             self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
             context.view_layer.objects.active = obj  # Properties and overlay show what is posed
         self.offset = self._pressed.turn @ (self._on_plane(context, self._mouse) - self._on_plane(context, self._start))
         self._grip.move(obj, Vector(self.offset))
+
+    def _fit(self, context, obj):
+        """Takes the Size that the shape suggests, once, and not after the artist has turned the wheel."""
+        if self._is_to_fit:
+            self.size = tool_choice.size_at(context, obj, self.vertex)
+            self._is_to_fit = False
 
     def _handle(self, obj):
         """Name of the handle or pin that is pressed on, or ""."""
@@ -195,7 +208,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if self._grip is not None and not self._grip.has_size:
             return
         self.size = min(MOST_SIZE, max(LEAST_SIZE, self.size * WHEEL_STEP**direction))
-        if not self.handle and tool_choice.is_active(context):
+        self._is_to_fit = False
+        if not self.handle and not self._fits and tool_choice.is_active(context):
             tool_choice.settings(context).size = self.size
 
     def _take_size(self, obj):

@@ -3,7 +3,12 @@
 
 import bpy
 
+from ..bridge import region
+
 TOOL = "meanvalue.grab"
+
+#: Of Size, a share of the mesh's size, where the shape suggests nothing and the artist has not changed it.
+FIRST_SIZE = 0.2
 
 
 def _tool(context):
@@ -21,8 +26,19 @@ def settings(context):
     return None if tool is None else tool.operator_properties(TOOL)
 
 
+def fits(context):
+    """Whether a press begins with the Size that the shape suggests: as long as the artist leaves the tool's alone."""
+    return is_active(context) and abs(settings(context).size - FIRST_SIZE) < 1e-6
+
+
+def size_at(context, obj, vertex):
+    """The Size that a press on the vertex begins with."""
+    return (region.suggested_size(obj, vertex) or FIRST_SIZE) if fits(context) else settings(context).size
+
+
 def choose(context):
     """Goes to Object Mode, where the tool is, as Blender's own step of undo."""
     if context.mode != 'OBJECT':
         bpy.ops.object.mode_set('EXEC_DEFAULT', True, mode='OBJECT')
     bpy.ops.wm.tool_set_by_id(name=TOOL, space_type='VIEW_3D')
+    context.workspace.status_text_set(None)  # has the status bar drawn, which tells what the tool does

@@ -9,12 +9,16 @@ from gpu_extras.batch import batch_for_shader
 
 from ... import compat
 from ..bridge import overlay_data
+from ..operators import hover
 
 #: Size of an anchor at interface scale 1: small, since the surface has to show between them.
 POINT_PIXELS = 4.0
 
 #: Color and opacity of what moves freely.
 TINT = (0.25, 0.6, 1.0, 0.2)
+
+#: The same of what would move freely after a press.
+HOVER = (0.35, 0.7, 1.0, 0.45)
 
 #: How much closer to the eye things are drawn than they are, so that they are not half hidden by the surface that they
 #: lie on; a share of their distance.
@@ -25,6 +29,7 @@ POINTS_CLOSER = 0.005
 TINTED_MODES = {'OBJECT'}
 
 _batches = None  # of the look that was drawn last
+_hover = None  # (the Hover that was drawn last, its batch)
 
 
 @dataclass(eq=False)
@@ -51,6 +56,7 @@ def paint(context, obj):
             gpu.matrix.multiply_matrix(obj.matrix_world)
             if _batches.tint is not None and obj.mode in TINTED_MODES:
                 _draw_closer(context, TINT_CLOSER, _batches.tint, compat.surface_shader())
+            _paint_hover(context, obj)
             if _batches.points is not None:
                 gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
                 _draw_closer(context, POINTS_CLOSER, _batches.points, compat.points_shader())
@@ -59,6 +65,18 @@ def paint(context, obj):
         gpu.state.depth_mask_set(wrote_depth)
         gpu.state.depth_test_set('NONE')
         gpu.state.blend_set('NONE')
+
+
+def _paint_hover(context, obj):
+    global _hover
+    found = hover.of(context, obj)
+    if found is None:
+        _hover = None
+    elif len(found.corners):
+        if _hover is None or _hover[0] is not found:
+            triangles = gpu.types.GPUIndexBuf(type='TRIS', seq=found.corners)
+            _hover = found, gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(found, HOVER), elem=triangles)
+        _draw_closer(context, TINT_CLOSER, _hover[1], compat.surface_shader())
 
 
 def _draw_closer(context, share, batch, shader):
@@ -87,11 +105,11 @@ def _make_batches(look, former):
     if len(look.corners):
         is_same = former is not None and former.look.corners is look.corners
         triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
-        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look), elem=triangles)
+        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look, TINT), elem=triangles)
     return _Batches(look, points, tint, triangles)
 
 
-def _vertex_buffer(look):
+def _vertex_buffer(look, color):
     """Places and colors of the region's vertices: the less a vertex moves, the fainter it is.
 
     The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2.
@@ -101,12 +119,12 @@ def _vertex_buffer(look):
     layout.attr_add(id="color", comp_type='F32', len=4, fetch_mode='FLOAT')
     vertices = gpu.types.GPUVertBuf(layout, len(look.tint))
     vertices.attr_fill("pos", look.tint)
-    colors = np.tile(np.array(TINT, np.float32), (len(look.tint), 1))
+    colors = np.tile(np.array(color, np.float32), (len(look.tint), 1))
     colors[:, 3] *= look.freedom
     vertices.attr_fill("color", colors)
     return vertices
 
 
 def forget():
-    global _batches
-    _batches = None
+    global _batches, _hover
+    _batches = _hover = None

@@ -15,6 +15,7 @@ from .menus import MEANVALUE_MT_apply, draw_add
 
 FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
 HINT = "Press on the mesh and drag. Shift-click holds a place. The wheel says how much follows."
+NEXT_HINT = "Press elsewhere for another handle, Shift-click for a pin. R turns the selected control, X removes it."
 
 
 class MEANVALUE_UL_handles(bpy.types.UIList):
@@ -87,6 +88,8 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
         if not is_new:
             _draw_handles(layout, obj)
             _draw_pose(layout, obj)
+        if len(obj.meanvalue.handles) == 1:  # below all else, so that nothing moves under the mouse when it goes
+            draw_wrapped(layout, context, NEXT_HINT, icon='INFO')
         _draw_status(layout, context, obj)
 
 

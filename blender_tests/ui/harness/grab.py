@@ -91,6 +91,11 @@ def escape(ui):
     yield from ui.pause(0.3)
 
 
+def tool_settings():
+    with view.override():
+        return bpy.context.workspace.tools.from_space_view3d_mode('OBJECT').operator_properties(TOOL)
+
+
 def region_size():
     group = ball().vertex_groups[ball().meanvalue.roi_group].index
     return sum(any(element.group == group for element in vertex.groups) for vertex in ball().data.vertices)

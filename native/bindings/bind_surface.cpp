@@ -1,0 +1,85 @@
+#include <memory>
+
+#include "bindings/arrays.h"
+#include "bindings/bind.h"
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/surface_ways.h"
+
+namespace meanvalue::bindings {
+namespace {
+
+SurfaceWays::Edges as_edges(const py::object& values) {
+    const py::array array = py::array::ensure(values);
+    if (!array || array.ndim() != 2 || array.shape(1) != 2) {
+        throw ::meanvalue::InvalidInput("edges are no array of the shape (m, 2); give the two vertices of each");
+    }
+    const std::vector<Index> ends = as_indices(array.attr("reshape")(-1), "edges", "vertex");
+    SurfaceWays::Edges edges(ends.size() / 2);
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        edges[e] = {ends[2 * e], ends[2 * e + 1]};
+    return edges;
+}
+
+std::shared_ptr<SurfaceWays> make_ways(const py::object& vertices, const py::object& edges, const py::object& faces,
+                                       double gap, int threads) {
+    Positions positions = PositionsArray(vertices, "vertices").view();
+    const SurfaceWays::Edges owned = as_edges(edges);
+    const Triangles triangles = as_triangles(faces, "faces");
+    const py::gil_scoped_release released;
+    return std::make_shared<SurfaceWays>(std::move(positions), owned, triangles, gap, thread_count(threads),
+                                         Execution());
+}
+
+template <typename Find>
+py::array_t<double> without_python(const py::object& seeds, const Find& find) {
+    const std::vector<Index> owned = as_indices(seeds, "seeds", "vertex");
+    std::vector<double> found;
+    {
+        const py::gil_scoped_release released;
+        found = find(owned);
+    }
+    return py::array_t<double>(static_cast<py::ssize_t>(found.size()), found.data());
+}
+
+py::array_t<double> distances_of(const SurfaceWays& ways, const py::object& seeds, double limit) {
+    return without_python(seeds, [&](const std::vector<Index>& owned) { return ways.distances(owned, limit); });
+}
+
+py::array_t<double> falloff_of(const SurfaceWays& ways, const py::object& seeds, double limit, double free) {
+    return without_python(seeds, [&](const std::vector<Index>& owned) { return ways.falloff(owned, limit, free); });
+}
+
+}  // namespace
+
+void bind_surface(py::module_& module) {
+    py::class_<SurfaceWays, std::shared_ptr<SurfaceWays>>(
+        module, "SurfaceWays", py::module_local(),
+        "How far it is over a surface from some vertices to others: along edges, and over to another piece where\n"
+        "two touch or nearly touch. The gap between them counts as nothing, so that layers are equally far.")
+        .def(py::init(&make_ways), py::arg("vertices"), py::arg("edges"), py::arg("faces"), py::kw_only(),
+             py::arg("gap") = 0.0, py::arg("threads") = 0,
+             "vertices: (n, 3). edges: (m, 2) int32. faces: (t, 3) int32, the surfaces of the pieces; none (0, 3):\n"
+             "pieces stay apart. gap: pieces no farther apart than this nearly touch; where half the shortest edge\n"
+             "at a vertex is longer, that counts.\n"
+             "Raises InvalidInput that names what is wrong.")
+        .def("distances", &distances_of, py::arg("seeds"), py::arg("limit"),
+             "(n,) float64: about how far each vertex is from the nearest of the vertices `seeds`, infinite beyond\n"
+             "`limit`, and -1 in pieces without a seed of which no vertex is beyond it.\n"
+             "Raises InvalidInput.")
+        .def("falloff", &falloff_of, py::arg("seeds"), py::arg("limit"), py::arg("free") = 0.0,
+             "(n,) float64, 0 to 1: how much each vertex follows. 1 up to the share `free` of the limit, and in "
+             "pieces\n"
+             "that are completely within it, 0 from the limit on, or from two and a half edges on where that is "
+             "more.\n"
+             "Raises InvalidInput.")
+        .def("limb", &SurfaceWays::limb, py::arg("vertex"), py::arg("limit"),
+             py::call_guard<py::gil_scoped_release>(),
+             "How far the limb goes that the vertex is on, up to the body, at most `limit`; 0 where it is on none.\n"
+             "Raises InvalidInput.")
+        .def_property_readonly(
+            "parts", [](const py::object& self) { return view_of(self.cast<const SurfaceWays&>().parts(), self); },
+            "(n,) int32: the lowest vertex of the connected piece of each.");
+}
+
+}  // namespace meanvalue::bindings

@@ -1,0 +1,290 @@
+#include "meanvalue/mesh/surface_ways.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <tuple>
+
+#include "meanvalue/common/errors.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/disjoint_sets.h"
+#include "meanvalue/mesh/triangle_tree.h"
+
+namespace meanvalue {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// How much longer than straight over the faces a way along edges is on a grid of squares.
+const double kMostDetour = std::sqrt(2.0);
+
+/// Pieces that are no farther apart than this share of the shortest edge at a vertex nearly touch there.
+constexpr double kNearEdge = 0.5;
+
+/// What is free reaches over so many edges at least.
+constexpr double kLeastEdges = 2.5;
+
+/// Lines of equal distance are looked at from this share of the limit on, and from so many times the longest edge at
+/// the vertex; each is so much farther than the one before.
+constexpr double kFirstLevel = 0.02, kFirstEdges = 2.0, kLevelStep = 1.06;
+
+/// A limb is so many times as long as its widest ring, which is measured from its middle. Where this has become as
+/// much less as kLost, it was a limb that ended where it began to be less than kKept: thighs grow wide slowly.
+constexpr double kLeastLength = 2.05, kLost = 0.85, kKept = 0.92;
+
+}  // namespace
+
+SurfaceWays::SurfaceWays(Positions positions, const Edges& edges, const TrianglesView& triangles, double gap,
+                         int threads, const Execution& execution)
+    : positions_(std::move(positions)) {
+    const auto count = static_cast<Index>(positions_.rows());
+    DisjointSets parts(count);
+    first_neighbour_.assign(count + 1, 0);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        execution.check_every(e);
+        const auto [a, b] = edges[e];
+        if (std::min(a, b) < 0 || std::max(a, b) >= count) {
+            throw InvalidInput(
+                message("edge ", e, " is between vertices ", a, " and ", b, ", but there are ", count));
+        }
+        parts.join(a, b);
+        ++first_neighbour_[a + 1];
+        ++first_neighbour_[b + 1];
+    }
+    for (Index v = 0; v < count; ++v) {
+        part_of_.push_back(parts.root(v));
+        first_neighbour_[v + 1] += first_neighbour_[v];
+    }
+    neighbours_.resize(2 * edges.size());
+    std::vector<std::size_t> next(first_neighbour_.begin(), first_neighbour_.end() - 1);
+    for (const auto& [a, b] : edges) {
+        neighbours_[next[a]++] = b;
+        neighbours_[next[b]++] = a;
+    }
+    if (triangles.rows() == 0) return;
+    if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= count) {
+        throw InvalidInput(message("a triangle has a corner that is none of the ", count, " vertices"));
+    }
+    const Index part = part_of_[triangles(0, 0)];
+    const auto is_other = [&](const auto& edge) { return part_of_[edge.first] != part; };
+    if (std::any_of(edges.begin(), edges.end(), is_other)) find_steps(edges, triangles, gap, threads, execution);
+}
+
+/// Where a vertex is near to another piece, and where an edge is that is longer than the gap is wide: an end may go
+/// deep into what it belongs to.
+void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles, double gap, int threads,
+                             const Execution& execution) {
+    const TriangleTree tree(positions_, triangles, part_of_, execution);
+    const auto count = static_cast<Index>(positions_.rows());
+    std::vector<std::vector<Step>> found(piece_count(count) + piece_count(static_cast<Index>(edges.size())));
+    const auto look = [&](std::vector<Step>& into, std::initializer_list<Index> from, const Vector3& at,
+                          double reach) {
+        if (!at.allFinite()) return;
+        const TriangleTree::Place place = tree.nearest_of_others(at, part_of_[*from.begin()], reach);
+        if (place.triangle < 0) return;
+        const Eigen::Vector3f step = (place.point - at).cast<float>();
+        for (const Index a : from) {
+            for (const Index b : tree.triangles().row(place.triangle)) {
+                const double length =
+                    (Vector3(positions_.row(a)) - at).norm() + (Vector3(positions_.row(b)) - place.point).norm();
+                into.push_back({a, b, static_cast<float>(length), step});
+                into.push_back({b, a, static_cast<float>(length), -step});
+            }
+        }
+    };
+    parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            double shortest = kInfinite;
+            for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+                shortest = std::min(shortest, (positions_.row(neighbours_[k]) - positions_.row(v)).norm());
+            }
+            if (shortest < kInfinite) look(found[piece], {v}, positions_.row(v), std::max(gap, kNearEdge * shortest));
+        }
+    });
+    const Index before = piece_count(count);
+    parallel_pieces(static_cast<Index>(edges.size()), threads, execution, [&](Index piece, Index begin, Index end) {
+        for (Index e = begin; e < end; ++e) {
+            const auto [a, b] = edges[e];
+            const Vector3 from = positions_.row(a);
+            const Vector3 along = Vector3(positions_.row(b)) - from;
+            const double places = gap > 0.0 ? std::ceil(along.norm() / (2.0 * gap)) : 0.0;
+            for (double k = 1.0; k < places; ++k)
+                look(found[before + piece], {a, b}, from + k / places * along, gap);
+        }
+    });
+    first_step_.assign(count + 1, 0);
+    for (const std::vector<Step>& some : found) {
+        for (const Step& step : some)
+            ++first_step_[step.from + 1];
+    }
+    for (Index v = 0; v < count; ++v)
+        first_step_[v + 1] += first_step_[v];
+    steps_.resize(first_step_.back());
+    std::vector<std::size_t> next(first_step_.begin(), first_step_.end() - 1);
+    for (const std::vector<Step>& some : found) {
+        for (const Step& step : some)
+            steps_[next[step.from]++] = step;
+    }
+}
+
+std::vector<double> SurfaceWays::distances(const std::vector<Index>& seeds, double limit) const {
+    std::vector<double> result = reach(seeds, limit);
+    std::vector<char> is_whole(result.size(), 1);  // of pieces, by their lowest vertex
+    for (const Index seed : seeds)
+        is_whole[part_of_[seed]] = 0;
+    for (std::size_t v = 0; v < result.size(); ++v) {
+        if (result[v] == kInfinite) is_whole[part_of_[v]] = 0;
+    }
+    for (std::size_t v = 0; v < result.size(); ++v) {
+        if (is_whole[part_of_[v]]) result[v] = -1.0;
+    }
+    return result;
+}
+
+/// As distances(), without a word of whole pieces.
+std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double limit) const {
+    const std::size_t count = part_of_.size();
+    std::vector<double> along(count, kInfinite);
+    std::vector<Index> origin(count, -1);
+    std::vector<Eigen::Vector3f> gaps(steps_.empty() ? 0 : count, Eigen::Vector3f::Zero());  // that were stepped over
+    using Way = std::pair<double, Index>;
+    std::priority_queue<Way, std::vector<Way>, std::greater<>> queue;
+    require_vertices(seeds);
+    for (const Index seed : seeds) {
+        along[seed] = 0.0;
+        origin[seed] = seed;
+        queue.emplace(0.0, seed);
+    }
+    std::vector<double> result(count, kInfinite);
+    while (!queue.empty()) {
+        const auto [way, v] = queue.top();
+        queue.pop();
+        if (way > along[v]) continue;
+        const auto reach = [&](Index to, double length) {
+            if (!(way + length < along[to]) || way + length > kMostDetour * limit) return false;
+            along[to] = way + length;
+            origin[to] = origin[v];
+            queue.emplace(along[to], to);
+            return true;
+        };
+        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+            const Index to = neighbours_[k];
+            if (reach(to, (positions_.row(to) - positions_.row(v)).norm()) && !gaps.empty()) gaps[to] = gaps[v];
+        }
+        for (std::size_t k = steps_.empty() ? 0 : first_step_[v], end = steps_.empty() ? 0 : first_step_[v + 1];
+             k < end; ++k) {
+            if (reach(steps_[k].to, steps_[k].length)) gaps[steps_[k].to] = gaps[v] + steps_[k].gap;
+        }
+        Vector3 straight = positions_.row(v) - positions_.row(origin[v]);
+        if (!gaps.empty()) straight -= gaps[v].cast<double>();
+        const double distance = std::max(straight.norm(), way / kMostDetour);
+        if (distance <= limit) result[v] = distance;
+    }
+    return result;
+}
+
+std::vector<double> SurfaceWays::falloff(const std::vector<Index>& seeds, double limit, double free) const {
+    require_vertices(seeds);
+    for (const Index seed : seeds) {
+        for (std::size_t k = first_neighbour_[seed]; k < first_neighbour_[seed + 1]; ++k) {
+            const double length = (positions_.row(neighbours_[k]) - positions_.row(seed)).norm();
+            if (std::isfinite(length)) limit = std::max(limit, kLeastEdges * length);
+        }
+    }
+    std::vector<double> weights = distances(seeds, limit);
+    for (double& each : weights) {
+        const double t = std::clamp((limit - each) / ((1.0 - free) * limit), 0.0, 1.0);
+        each = t * t * (3.0 - 2.0 * t);
+    }
+    return weights;
+}
+
+void SurfaceWays::require_vertices(const std::vector<Index>& seeds) const {
+    for (const Index seed : seeds) {
+        if (seed < 0 || static_cast<std::size_t>(seed) >= part_of_.size()) {
+            throw InvalidInput(message("seed ", seed, " is none of the ", part_of_.size(), " vertices"));
+        }
+    }
+}
+
+double SurfaceWays::limb(Index vertex, double limit) const {
+    for (double within = limit / 8.0; within <= limit; within *= 2.0) {
+        const double found = limb_within(vertex, reach({vertex}, within), within);
+        if (found > 0.0) return found;
+    }
+    return 0.0;
+}
+
+double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distances, double limit) const {
+    double first = kFirstLevel * limit;
+    for (std::size_t k = first_neighbour_[vertex]; k < first_neighbour_[vertex + 1]; ++k) {
+        first = std::max(first, kFirstEdges * (positions_.row(neighbours_[k]) - positions_.row(vertex)).norm());
+    }
+    std::vector<double> levels;
+    for (double level = first; level < limit; level *= kLevelStep)
+        levels.push_back(level);
+    std::vector<std::vector<std::pair<Index, Index>>> crossed(levels.size());  // edges, from the near end to the far
+    for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {
+        if (distances[v] == kInfinite) continue;
+        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+            const double far = distances[neighbours_[k]];
+            auto level = std::lower_bound(levels.begin(), levels.end(), distances[v]);
+            for (; far < kInfinite && level != levels.end() && *level < far; ++level) {
+                crossed[level - levels.begin()].emplace_back(v, neighbours_[k]);
+            }
+        }
+    }
+    std::vector<Index> place(distances.size(), -1);
+    double widest = 0.0, longest = 0.0, end = 0.0;
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+        widest = std::max(widest, widest_ring(crossed[k], distances, levels[k], place));
+        if (widest == 0.0) continue;
+        const double length = levels[k] / widest;
+        if (longest >= kLeastLength && length < kLost * longest) return end;
+        longest = std::max(longest, length);
+        if (length >= kKept * longest) end = levels[k];
+    }
+    return 0.0;
+}
+
+/// Of the connected lines where distances are `level`: the most that one is wide, in the root of the mean square from
+/// its middle. @param place n, -1 before and after.
+double SurfaceWays::widest_ring(const std::vector<std::pair<Index, Index>>& crossed,
+                                const std::vector<double>& distances, double level, std::vector<Index>& place) const {
+    std::vector<Index> ends;
+    for (const auto& [near, far] : crossed) {
+        for (const Index v : {near, far}) {
+            if (place[v] >= 0) continue;
+            place[v] = static_cast<Index>(ends.size());
+            ends.push_back(v);
+        }
+    }
+    DisjointSets lines(static_cast<Index>(ends.size()));
+    for (const Index v : ends) {
+        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
+            if (place[neighbours_[k]] >= 0) lines.join(place[v], place[neighbours_[k]]);
+        }
+    }
+    std::vector<Vector3> sums(ends.size(), Vector3::Zero());
+    std::vector<double> squares(ends.size(), 0.0), counts(ends.size(), 0.0);
+    for (const auto& [near, far] : crossed) {
+        const double share = (level - distances[near]) / (distances[far] - distances[near]);
+        const Vector3 at = positions_.row(near) + share * (positions_.row(far) - positions_.row(near));
+        const Index line = lines.root(place[near]);
+        sums[line] += at;
+        squares[line] += at.squaredNorm();
+        ++counts[line];
+    }
+    double widest = 0.0;
+    for (std::size_t line = 0; line < ends.size(); ++line) {
+        if (counts[line] == 0.0) continue;
+        const double square = squares[line] / counts[line] - (sums[line] / counts[line]).squaredNorm();
+        widest = std::max(widest, std::sqrt(std::max(square, 0.0)));
+    }
+    for (const Index v : ends)
+        place[v] = -1;
+    return widest;
+}
+
+}  // namespace meanvalue
