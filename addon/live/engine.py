@@ -227,11 +227,14 @@ def status(obj):
     follower = roll.follower_of(obj)
     if follower is None:
         return None
-    note = follower.why_hidden(obj) if follower.problem is None else None
-    if note:
-        return wording.sentence(note), True
+    baked = bool(obj.meanvalue.baked.target)
+    if follower.problem is None:
+        last = render_notes.of(roll.identity(obj), follower.is_behind(obj))
+        note = follower.why_hidden(obj) or (None if baked else last)
+        if note:
+            return wording.sentence(note), True
     said = follower.status(obj)
-    if said is None and follower.is_animated(obj):
+    if said is None and not baked and follower.is_animated(obj):
         return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.FOLLOWS, follower.AND_EXPORTS)), False
     return said
 

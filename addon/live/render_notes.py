@@ -2,7 +2,7 @@
 """What has to be told of renders: nothing follows while one runs, so animated controls and sliders have no effect.
 
 Frames are rendered on a thread of their own, where handlers may look and not write. They note here what they see; it is
-told by the console at once, and by a popup as soon as Blender calls a timer.
+told by the console at once, and by a popup and the panel as soon as Blender calls a timer.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from .. import wording
 from ..scene import views
 
 _at_first = {}  # identity of an object: where its controls and sliders were in the first frame
-_told = set()  # identities of objects
+_notes = {}  # identity of an object: what is to be told, and whether only until it is solved
 untold = []  # notes that no popup has shown
 
 #: What the panel says beforehand, of what and with what else to mind.
@@ -26,12 +26,13 @@ def begin(unsettled):
             identity,
             f"'{name}' was still being solved when the render began, which shows what was there. Wait until the panel "
             "tells of no more work, and render again",
+            True,
         )
 
 
 def look(identity, obj, follower, depsgraph):
     """A frame is about to be rendered of what `depsgraph` has evaluated."""
-    if identity in _told or obj.meanvalue.baked.target:
+    if identity in _notes or obj.meanvalue.baked.target:
         return
     now = follower.places(obj, depsgraph)
     first = _at_first.setdefault(identity, now)
@@ -40,17 +41,22 @@ def look(identity, obj, follower, depsgraph):
     _tell(
         identity,
         f"The {follower.FOLLOWS} of '{obj.name}' are animated, but nothing follows them while Blender renders: every "
-        "frame shows the mesh as it was when the render began. Stop the render, press Bake in Mean-Value > Bake, and "
-        "render again",
+        "frame shows the mesh as it was when the render began. Press Bake in Mean-Value > Bake, and render again",
     )
 
 
+def of(identity, is_behind):
+    """What the panel has to tell of an object since the last render, or None."""
+    note, is_over_when_solved = _notes.get(identity, (None, False))
+    return note if is_behind or not is_over_when_solved else None
+
+
 def forget():
-    for known in (_at_first, _told, untold):
+    for known in (_at_first, _notes, untold):
         known.clear()
 
 
-def _tell(identity, note):
-    _told.add(identity)
+def _tell(identity, note, is_over_when_solved=False):
+    _notes[identity] = note, is_over_when_solved
     untold.append(note)
     views.say(wording.sentence(note))

@@ -112,6 +112,9 @@ def test_a_render_right_after_a_drag_is_told(part, status):
         engine.render_ended()
         text, is_problem = status(obj)
         assert is_problem and "render again" in text
+        part("live.render_notes").untold.clear()  # a popup needs a window
+        timers.run(1.0)
+        assert not status(obj)[1], "it was true until the mesh was settled"
 
 
 def test_a_control_chosen_in_another_view_layer_makes_its_handle_the_active_one():
