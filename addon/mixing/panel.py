@@ -5,7 +5,7 @@ import bpy
 
 from .. import wording
 from ..live import engine
-from ..scene import subject
+from ..scene import mirrors, subject
 from ..widgets.panels import column_of_settings, draw_wrapped
 from .bridge import in_between_keys, mixed_keys
 from .operators import morph
@@ -45,7 +45,7 @@ def _problem(obj):
     problem = in_between_keys.problem(obj)
     if problem is None and obj.meanvalue.mix.is_on:
         text, is_problem = engine.status(obj) or ("", False)
-        problem = text if is_problem else None
+        problem = text if is_problem else next(iter(mirrors.notes(obj)), None)
     return problem
 
 

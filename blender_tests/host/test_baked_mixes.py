@@ -45,15 +45,15 @@ MIXES = {
 }
 
 
-def mix_of(sliders, rest=REST, triangles=TRIANGLES):
+def mix_of(sliders):
     named = {f"Slider {k}": each for k, each in enumerate(sliders)}
-    rest = rest.astype(np.float32)
+    rest = REST.astype(np.float32)
     return MixInput(
         sliders=tuple(Slider(name, low, high, "Basis", name) for name, (_, _, low, high) in named.items()),
         rest=rest,
         points={"Basis": rest, **{name: shape.astype(np.float32) for name, (shape, _, _, _) in named.items()}},
         masks={name: mask for name, (_, mask, _, _) in named.items() if mask is not None},
-        triangles=triangles,
+        triangles=TRIANGLES,
     )
 
 
@@ -140,15 +140,11 @@ def test_a_group_of_all_vertices_alike_is_none():
 
 @pytest.mark.parametrize("count", [60, 240])
 def test_many_keys_are_baked_in_seconds(count):
-    """Bumps all over a sheet: each overlaps a fifth of the others."""
-    rng, side = np.random.default_rng(2), np.linspace(-1.0, 1.0, 20)
-    rest = np.stack([*np.meshgrid(side, side), np.zeros((20, 20))], axis=2).reshape(-1, 3)
-    lower = np.arange(400).reshape(20, 20)[:-1, :-1].reshape(-1, 1)
-    triangles = np.concatenate([lower + np.array(each) for each in ((0, 1, 21), (0, 21, 20))]).astype(np.int32)
-    middles = rng.uniform(-0.9, 0.9, (count, 2))
-    bumps = np.exp(-((rest[None, :, :2] - middles[:, None]) ** 2).sum(axis=2) / 0.02)
-    moves = bumps[:, :, None] * rng.normal(0.0, 0.05, (count, 1, 3))
-    mix = mix_of([(rest + move, None, 0, 1) for move in moves], rest, triangles)
+    """Bumps all over a limb: each overlaps many of the others."""
+    rng = np.random.default_rng(2)
+    far = [((REST - middle) ** 2).sum(axis=1) for middle in REST[rng.integers(len(REST), size=count)]]
+    moves = [np.exp(-each / 0.1)[:, None] * rng.normal(0.0, 0.1, 3) for each in far]
+    mix = mix_of([(REST + move, None, 0, 1) for move in moves])
     correction, begun = corrections(mix), time.process_time()
     found, _total = search(mix, correction, 0.002 * mix.diagonal, 60)
     assert time.process_time() - begun < 30.0

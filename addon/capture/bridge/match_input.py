@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions, mesh_arrays, shape_keys
+from ...scene import actions, mesh_arrays, shape_keys, subject
 from ...scene.core import motion
 from ...scene.core.surface import Surface
 from . import marker_landmarks, marker_pairs, takes
@@ -94,9 +94,7 @@ def _read(obj, fixed, picked, to_object):
     left_out = {pair.name for pair in capture.pairs if not pair.is_used}
     options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
     options.cutoff_hz = capture.cutoff_hz if capture.use_low_pass else None
-    to_world = np.array(obj.matrix_world, np.float64)
-    if not np.linalg.cond(to_world[:3, :3]) < 1e9:
-        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
+    to_world = subject.to_world(obj)
     own = shape_keys.rest_positions(obj.data)
     return MatchInput(
         surface=Surface(motion.apply(to_world, own), mesh_arrays.shown_triangles(obj.data)),
