@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's own mesh: from a file to a Subject with its anchor groups, region and targets."""
 
-import contextlib
 import math
 
 import bpy
@@ -127,29 +126,17 @@ def load(options):
 
 def import_mesh(path, suffix):
     """Imports by whichever operator this Blender has."""
+    if suffix in GLTF and "bool" not in vars(np):
+        np.bool = bool  # Blender 3.4's importer asks for it; the numpy of Debian 12 no longer has it
     for module, name in IMPORTERS[suffix]:
         if name not in dir(getattr(bpy.ops, module)):
             continue
         try:
-            with numpy_of_old():
-                getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
+            getattr(getattr(bpy.ops, module), name)(filepath=str(path.resolve()))
         except RuntimeError as error:
             raise DemoError(f"{path} cannot be imported: {pose.operator_message(error)}") from error
         return
     raise DemoError(f"this Blender has no importer for {suffix}; convert {path} to .off or .obj")
-
-
-@contextlib.contextmanager
-def numpy_of_old():
-    """Blender 3.4's importer of glTF asks for `numpy.bool`, which numpy 1.24 of Debian 12 no longer has."""
-    is_missing = "bool" not in vars(np)
-    if is_missing:
-        np.bool = bool
-    try:
-        yield
-    finally:
-        if is_missing:
-            del np.bool
 
 
 def choose_object(options):
