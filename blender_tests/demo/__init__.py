@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What `./dev demo` runs inside Blender: models, poses by the add-on's operators, renders, report.
 
-The modelling files (quad_mesh, tentacle, creature, figure_eight) need numpy only, so tests and
+The modelling files (quad_mesh, tentacle, creature) need numpy only, so tests and
 benchmarks outside Blender use the same shapes.
 """

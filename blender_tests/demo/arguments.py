@@ -24,7 +24,7 @@ DESCRIPTION = """\
 Poses meshes by their anchors with the Mean-Value Deform add-on, without a display, and leaves pictures
 before and after, the .blend and a report.
 
-Without FILE: an octopus that lifts a tentacle, a figure-eight twisted by 90 degrees, and a textured game figure.
+Without FILE: an octopus that lifts a tentacle, and a textured game figure.
 With FILE: your own mesh. Anchors hold the mesh; those that you move pull it along. Without any, Grab lifts what
 reaches out farthest.
 Motion capture has a demo of its own: ./dev demo walk --help"""
@@ -125,9 +125,7 @@ def add_pose_options(group):
 
 def add_picture_options(group):
     """What the pictures look like and where they go."""
-    common_options.add_options(
-        group, ("octopus", "figure_eight", "game_figure"), "without FILE: just one of the meshes", samples=32
-    )
+    common_options.add_options(group, ("octopus", "game_figure"), "without FILE: just one of the meshes", samples=32)
     group.add_argument(
         "--camera",
         metavar=("AZIMUTH", "ELEVATION"),

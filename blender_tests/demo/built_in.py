@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The two meshes that the demo brings: the octopus of Figure 5 and the figure-eight of Figure 3."""
+"""The mesh that the demo models: the octopus of Figure 5."""
 
 import numpy as np
 
-from . import creature, figure_eight, motion, scene_mesh
+from . import creature, motion, scene_mesh
 from .subject import Subject, View
 
 ANCHOR_AT = 0.70  # fraction of the lifted tentacle's length: just before its tip begins to roll
@@ -11,12 +11,10 @@ ANCHOR_AT = 0.70  # fraction of the lifted tentacle's length: just before its ti
 # in Figure 5. With the thin part alone as region the same lift bends it so much that it changes thickness.
 ROI_RADIUS = 0.85
 LIFT_ANGLE_DEG = 50.0
-TWIST_ANGLE_DEG = 90.0
 
 SKIN_COLOUR, WART_COLOUR = np.array([0.50, 0.085, 0.035]), np.array([0.72, 0.30, 0.10])
 SUCKER_COLOUR = np.array([0.90, 0.62, 0.50])
 EYE_COLOUR, PUPIL_COLOUR = (0.90, 0.80, 0.45), (0.01, 0.01, 0.015)
-CLAY_COLOUR = (0.13, 0.33, 0.52)
 
 
 class Lift:
@@ -76,28 +74,3 @@ def octopus_colours(model):
     colours = (1.0 - wart) * SKIN_COLOUR + wart * WART_COLOUR
     colours[model.mesh.vertices_of_faces(model.mesh.part == creature.SUCKER)] = SUCKER_COLOUR
     return colours
-
-
-def twisted_eight():
-    """The figure-eight, held at its lower end, its upper end turned about the long axis."""
-    model = figure_eight.build_figure_eight()
-    mesh = model.mesh
-    obj = scene_mesh.new_object("Figure Eight", mesh.vertices, mesh.quads)
-    scene_mesh.shade_smooth(obj)
-    scene_mesh.set_face_materials(obj, [scene_mesh.plain_material("Clay", CLAY_COLOUR, 0.35)], mesh.part)
-    scene_mesh.add_vertex_group(obj, "lower end", model.lower_anchors)
-    scene_mesh.add_vertex_group(obj, "upper end", model.upper_anchors)
-
-    targets = mesh.vertices.copy()
-    targets[model.upper_anchors] = motion.turned(
-        targets[model.upper_anchors], (0.0, 0.0, 1.0), np.radians(TWIST_ANGLE_DEG), np.zeros(3)
-    )
-    return Subject(
-        title=f"Figure-eight, upper end turned by {TWIST_ANGLE_DEG:.0f} degrees",
-        file_stem="figure_eight",
-        obj=obj,
-        handles=("lower end", "upper end"),
-        roi_group="",
-        targets=targets,
-        view=View(azimuth_deg=20.0, elevation_deg=14.0, width=640, height=800),
-    )

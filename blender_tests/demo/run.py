@@ -28,7 +28,6 @@ from demo.photograph import photograph
 from demo.rig import run as rig_run
 from demo.walk import run as walk_run
 
-BUILT_IN = {"octopus": built_in.octopus, "figure_eight": built_in.twisted_eight}
 # Demos with a command line of their own.
 SPECIAL = {
     "walk": walk_run,
@@ -74,7 +73,7 @@ def makers(options):
     """Functions that each load one subject into an empty scene."""
     if options.file is not None:
         return [lambda: user_file.user_subject(options)]
-    made = {**BUILT_IN, "game_figure": lambda: game_character(options)}
+    made = {"octopus": built_in.octopus, "game_figure": lambda: game_character(options)}
     return [make for name, make in made.items() if options.only in (None, name)]
 
 

@@ -7,17 +7,13 @@ import numpy as np
 import pytest
 
 from native.benchmarks import (
-    bench_drag,
     bench_size,
     drag_cases,
     generated_creature,
     generated_meshes,
-    quality_goals,
     rigid,
     shape_metrics,
 )
-from native.benchmarks.peers import job as jobs
-from native.benchmarks.peers import worker
 
 BAR, BAR_FACES = generated_meshes.bar(600, bumpy=False)
 BALL, BALL_FACES = generated_meshes.sphere(8)
@@ -80,24 +76,6 @@ def test_an_even_twist_is_even_also_beyond_half_a_turn(degrees):
     assert shape_metrics.twist_unevenness(heights, turns) < 4
 
 
-def test_asymmetry_of_symmetric_and_other_shapes():
-    diagonal = float(np.linalg.norm(np.ptp(BAR, axis=0)))
-    bulged = BAR * np.stack([1 + 0.1 * np.sin(np.pi * BAR[:, 2] / 10)] * 2 + [np.ones(len(BAR))], axis=1)
-    assert shape_metrics.asymmetry(bulged, BAR, 2, diagonal) < 1e-9
-    leaning = BAR + 0.1 * BAR[:, [2]] * [1, 0, 0]
-    assert shape_metrics.asymmetry(leaning, BAR, 2, diagonal) == pytest.approx(1.0 / diagonal)
-    with pytest.raises(ValueError, match="not symmetric"):
-        shape_metrics.asymmetry(leaning, leaning, 2, diagonal)
-
-
-def test_ring_height_tells_a_spike():
-    vertex = int(BALL[:, 2].argmax())
-    spiked = BALL.copy()
-    spiked[vertex] *= 1.5
-    before, after = (shape_metrics.ring_height(shape, BALL_FACES, vertex) for shape in (BALL, spiked))
-    assert 0 < before < 0.2 and after > 3 * before
-
-
 def test_bumps_may_turn_with_the_surface_but_not_flatten():
     column, row = (axis.ravel() for axis in np.meshgrid(np.arange(21.0), np.arange(21.0)))
     flat = np.stack([column, row, 0 * row], axis=1)
@@ -110,38 +88,6 @@ def test_bumps_may_turn_with_the_surface_but_not_flatten():
     assert shape_metrics.bump_errors(turned, bumpy, faces, inner) == pytest.approx((0, 0), abs=1e-9)
     assert shape_metrics.bump_errors(flat, bumpy, faces, inner)[0] == pytest.approx(1, abs=0.05)
     assert shape_metrics.bump_errors(flat - (bumpy - flat), bumpy, faces, inner)[0] == pytest.approx(2, abs=0.1)
-
-
-def test_a_job_is_worked_off_step_by_step(tmp_path):
-    job = generated_meshes.speed_job("bar", 300)
-    job.options = {"frame_seconds": 0.0, "least_steps": 6}
-    jobs.write(job, tmp_path)
-    restarts = []
-
-    def bind(read):
-        assert np.array_equal(read.vertices, job.vertices) and np.array_equal(read.faces, job.faces)
-
-        def step(targets, restart):
-            assert np.array_equal(targets, job.targets[len(restarts)])
-            restarts.append(restart)
-            return read.vertices + len(restarts)
-
-        return step
-
-    worker.serve(tmp_path, bind)
-    result, shapes = jobs.read_result(tmp_path, len(job.vertices))
-    assert restarts == [True, True, False, False, False, False]
-    assert len(result["seconds"]) == 6 and result["peak_bytes"] > 0
-    assert np.array_equal(shapes, [job.vertices + 1, job.vertices + 6])
-
-
-def test_overall_ratio_is_the_mean_of_the_sets_means():
-    means = [
-        {"set": name, "anchors": 40, "method": "fast", "ratio": ratio, "worst ratio": ratio + 0.1}
-        for name, ratio in (("a", 0.8), ("b", 1.0))
-    ]
-    assert quality_goals.overall(means, 40, "fast") == pytest.approx((0.9, 1.1, 2))
-    assert quality_goals.overall(means, 17, "fast") is None
 
 
 @pytest.mark.parametrize("setup", [drag_cases.SINGLE, drag_cases.PATCHES])
@@ -176,16 +122,6 @@ def test_parts_without_anchors_and_what_is_not_manifold_are_left_out_for_the_pee
     doubled = replace(job, faces=np.concatenate([faces, faces[-1:]]))
     held, *left_out = drag_cases.for_peer(doubled)
     assert left_out == [len(BALL), 2] and np.array_equal(held.faces, BALL_FACES[:-1])
-
-
-def test_goals_that_are_missed_are_named():
-    row = {"model": "a", "setup": drag_cases.SINGLE, "frames": 30, "asked": 40, "median/CGAL": 0.15, "worst/CGAL": 1.5,
-           "energy/cold": 1.0}  # fmt: skip
-    assert bench_drag.missed(row) == ["worst", "frames"]
-    assert bench_drag.missed({**row, "setup": drag_cases.PATCHES, "frames": 40}) == ["median", "worst"]
-    lines = bench_drag.goal_lines([row, {"model": "b", "setup": drag_cases.SINGLE, "missing": "why"}])
-    assert [line.startswith("reached") for line in lines] == [True, False, True]
-    assert "worst 1.5 (a)" in lines[1]
 
 
 def two_balls():

@@ -4,9 +4,7 @@
 import json
 import pathlib
 
-import pytest
-
-from native.benchmarks import report_page, reporting
+from native.benchmarks import report_page
 
 ROWS = [["body", "fast", 0.12345], ["bar", "a|b", 50412]]
 TABLE = {"title": "T", "columns": ["shape", "method", "first s"], "rows": ROWS}
@@ -37,32 +35,6 @@ def test_tables_in_order_with_what_is_missing(tmp_path):
     assert page.count("Missing: Open3D: not installed; poses/samba.npz.") == 2
 
 
-def test_what_failed_half_way_says_so(tmp_path):
-    (tmp_path / "bind.unfinished").touch()
-    page = written(tmp_path, bind="M", speed="M")
-    assert page.count("This benchmark failed") == 1
-    assert page.index("`./dev bench bind`") < page.index("This benchmark failed")
-
-
-def test_another_machine_is_named(tmp_path):
-    assert "Run on N, 2 cores." in written(tmp_path, speed="M", bind="N")
-
-
 def test_every_benchmark_has_its_place():
     scripts = pathlib.Path(report_page.__file__).parent.glob("bench_*.py")
     assert {path.stem.removeprefix("bench_") for path in scripts} == {section.name for section in report_page.SECTIONS}
-
-
-def test_nothing_measured_writes_nothing(tmp_path):
-    with pytest.raises(SystemExit, match="no JSON of a benchmark"):
-        report_page.main(tmp_path, tmp_path / "page.md", tmp_path)
-    assert not (tmp_path / "page.md").exists()
-
-
-def test_what_is_missing_is_kept_with_the_tables(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(reporting, "_TABLES", [])
-    monkeypatch.setattr(reporting, "_MISSING", [])
-    reporting.missing("poses/samba.npz")
-    reporting.report("T", ["a"], [[1]], tmp_path / "x.json")
-    assert json.loads((tmp_path / "x.json").read_text())["missing"] == ["poses/samba.npz"]
-    assert "missing: poses/samba.npz" in capsys.readouterr().out
