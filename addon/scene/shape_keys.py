@@ -159,7 +159,7 @@ def write_result(obj, result):
 
 def _digest(key, shape):
     """Of n x 3 float32 and the mark of their key: text, as a datablock keeps it."""
-    return f"{key.slider_min:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint64)}"
+    return f"{key.slider_min:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint32)}"
 
 
 def keep_edit(obj, held, ours=None):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support import handles, meshes, steps
 from support.handles import move
+from support.installed import part
 
 
 def blocks(obj):
@@ -175,3 +176,26 @@ def test_an_edit_of_the_rest_shape_is_no_edit_of_the_pose(is_live):
     move(control, (0.5, 0.0, 0.0))
     assert bpy.ops.meanvalue.bind() == {'FINISHED'} == bpy.ops.meanvalue.solve()
     assert blocks(obj).keys() == ["Basis", "Mean-Value"]
+
+
+def test_a_file_of_before_the_marks_goes_on(tmp_path):
+    obj, _control = posed()
+    key, settings = blocks(obj)["Mean-Value"], obj.meanvalue
+    key.name, key.slider_min = "Lean", 0.0
+    settings.result_mark, settings.former_result = 0.0, "Lean"
+    obj.shape_key_add(name="Wave").value = 0.0
+    settings.live, settings.mix.is_on = False, True
+    obj.shape_key_add(name="Rig Pose 12").mute = True
+    settings.pose_like = 'RIG'
+    handles.update()
+    with part("live.engine").held():
+        blocks(obj)["Rotation-Aware Mix"].slider_min = 0.0
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "old.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "old.blend"))
+    obj = bpy.data.objects["Tube"]
+    for key in blocks(obj):
+        key.name = f"{key.name} again"
+    assert obj.meanvalue.result_key == "Lean again"
+    assert part("scene.shape_keys").rig_poses(obj) == ["Rig Pose 12 again"]
+    obj.meanvalue.mix.is_on = False
+    assert blocks(obj).keys() == ["Basis again", "Lean again", "Wave again", "Rig Pose 12 again"]
