@@ -54,9 +54,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         return f"{kept}. Remove handles, pins and what was made for them"
 
     def prepare(self, obj):
-        if self.keep == 'NOTHING':
-            return None
-        return super().prepare(obj)
+        return None if self.keep == 'NOTHING' else super().prepare(obj)
 
     def use(self, obj):
         engine.look_again(obj)
@@ -82,13 +80,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         if is_posed and self.keep == 'REST':
             return "The pose is the rest shape now", notes
         return "The mesh is as it was", []
-
-    def draw(self, _context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.prop(self, "keep")
-        if self.keep == 'SHAPE_KEY':
-            layout.prop(self, "name")
 
 
 def _posed_by_another(obj):
