@@ -2,18 +2,20 @@
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
 Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
-room.py: scene_updated(depsgraph), chosen(active), forget(), another_file(), about_to_save(), those that it has.
+room.py: objects_changed(), chosen(active), forget(), another_file(), about_to_save(), those that it has. Blender calls
+handlers for every frame of every scene: nothing may be gone through there unless something of ours follows or is shown.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
-from .live import engine
+from .live import engine, roll
 from .scene import object_model
 from .solver import session
 
 _rooms = ()
 _is_unknown = True  # what the file has: the add-on may be enabled in any, and nobody tells if undo or loading failed
+_object_count = 0  # of the file when it was looked at last
 
 
 def _have_heard(name, *arguments):
@@ -27,16 +29,27 @@ def _have_heard(name, *arguments):
 def meanvalue_scene_updated(_scene, depsgraph):
     if depsgraph.mode == 'RENDER':  # on a thread of its own
         return
-    if _is_unknown:
-        _begin()
-    _have_heard("scene_updated", depsgraph)
+    _notice_objects()
     _note_active_object(depsgraph)
     engine.scene_updated(depsgraph)
 
 
 @persistent
 def meanvalue_frame_changed(_scene, depsgraph):
+    if depsgraph.mode != 'RENDER':
+        _notice_objects()
     engine.frame_changed(depsgraph)
+
+
+def _notice_objects():
+    """Where objects came, as by appending and duplicating, some may be live; where they went, it is told."""
+    global _object_count
+    if _is_unknown:
+        _begin()
+    elif len(bpy.data.objects) != _object_count:
+        _object_count = len(bpy.data.objects)
+        _have_heard("objects_changed")
+        roll.search()
 
 
 @persistent
@@ -49,8 +62,8 @@ def meanvalue_leave_file(*_):
 
 @persistent
 def meanvalue_look_again(*_):
-    global _is_unknown
-    _is_unknown = False
+    global _is_unknown, _object_count
+    _is_unknown, _object_count = False, len(bpy.data.objects)
     object_model.clear()
     _have_heard("forget")
     engine.look_for_live_objects()
@@ -99,7 +112,7 @@ _HANDLERS = (
 )
 
 
-_last_active = {}  # (scene, view layer): name of its active object when the handler saw it last
+_last_active = {}  # (scene, view layer): name and mode of its active object when the handler saw it last
 
 
 def _note_active_object(depsgraph):
@@ -108,11 +121,11 @@ def _note_active_object(depsgraph):
     Each window may have a view layer of its own.
     """
     active = depsgraph.view_layer.objects.active
-    name = active.name if active is not None else None
+    state = (active.name, active.mode) if active is not None else None
     layer = depsgraph.scene.name, depsgraph.view_layer.name
-    if name != _last_active.get(layer):
-        _last_active[layer] = name
-        if active is not None and active.type == 'EMPTY':
+    if state != _last_active.get(layer):
+        _last_active[layer] = state
+        if active is not None:
             _have_heard("chosen", active)
 
 

@@ -66,5 +66,5 @@ def unregister():
 
 
 def chosen(active):
-    """The artist made an Empty the active object."""
+    """The artist made an object the active one, or took it to another mode."""
     marker_pairs.note_active(active)

@@ -24,7 +24,7 @@ _is_missed = False  # an update came meanwhile
 
 def scene_updated(depsgraph):
     """Blender evaluated the scene."""
-    if depsgraph.mode == 'RENDER' or len(depsgraph.updates) == 0:
+    if depsgraph.mode == 'RENDER' or _is_idle() or len(depsgraph.updates) == 0:
         return
     _notice_end_of_rendering()
     if _take_note(depsgraph) and not bpy.app.background and not bpy.app.timers.is_registered(_draw_what_is_quiet):
@@ -46,6 +46,8 @@ def frame_changed(depsgraph):
         if _is_rendering:
             _look_at_rendered(depsgraph)
         return
+    if _is_idle():
+        return
     _notice_end_of_rendering()
     _take_note(depsgraph)
     follow_all(settles=_is_captured())
@@ -59,6 +61,12 @@ def _is_captured():
     screens = [window.screen for window in bpy.context.window_manager.windows]
     is_shown = any(each.is_animation_playing or each.is_scrubbing for each in screens)
     return bpy.context.area is not None and not is_shown
+
+
+def _is_idle():
+    """Whether there is nothing that follows, or was ever shown: the updates, which Blender finds by going through all
+    that is in the scene, are not asked for then."""
+    return not (roll.has_any() or object_model.has_any())
 
 
 def _look_at_rendered(depsgraph):

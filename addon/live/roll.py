@@ -19,11 +19,12 @@ def kinds_on(obj):
     return [kind for kind in kinds if kind.asks_for(obj)]
 
 
-def turn_others_off(obj, kind):
-    """Of all that shapes a mesh at once, one is on."""
+def turned_on(obj, kind):
+    """A kind of follower was turned on for `obj`: of all that shapes a mesh at once, it alone is."""
     for other in kinds_on(obj):
         if other is not kind:
             other.turn(obj, False)
+    note(obj)
 
 
 def identity(obj):
@@ -44,6 +45,10 @@ def note(obj):
         _followers[identity(obj)] = kind(obj)
 
 
+def has_any():
+    return bool(_followers)
+
+
 def forget():
     for follower in _followers.values():
         follower.stop()
@@ -57,9 +62,8 @@ def follower_of(obj):
 
 def _kind(obj):
     """The class of the follower that `obj` asks for, or None."""
-    if obj.type != 'MESH' or subject.object_problem(obj) is not None:
-        return None
-    return next(iter(kinds_on(obj)), None)
+    asked_for = next(iter(kinds_on(obj)), None) if obj.type == 'MESH' else None
+    return None if asked_for is None or subject.object_problem(obj) is not None else asked_for
 
 
 def search():

@@ -86,18 +86,22 @@ def unregister():
     orphans.forget()
 
 
-def scene_updated(depsgraph):
-    moved_meshes.note(depsgraph)
+def scene_updated():
     hover.forget()  # it may be of another shape
+
+
+def objects_changed():
+    """Objects came or went."""
+    moved_meshes.forget()
     if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
-    updated = (update.id.original for update in depsgraph.updates)
-    old_files.carry_over(datablock for datablock in updated if isinstance(datablock, bpy.types.Object))
+    old_files.carry_over(bpy.data.objects)
 
 
 def chosen(active):
-    """The artist made an Empty the active object."""
+    """The artist made an object the active one, or took it to another mode."""
     controls.note_active(active)
+    old_files.carry_over([active])
 
 
 def another_file():

@@ -229,6 +229,11 @@ def known_models(obj=None):
     return [each for each in _models.items() if key in {None, each[0][0]}]
 
 
+def has_any():
+    """Whether any object was asked for since loading or undo."""
+    return bool(_models)
+
+
 def edited(obj):
     """The add-on itself has changed what `obj` is posed by."""
     for _key, model in known_models(obj):

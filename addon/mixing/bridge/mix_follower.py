@@ -15,7 +15,7 @@ from .mix_reading import MixReading
 def turned(obj):
     """Rotation-Aware Keys were turned on or off. Without the key that turns the mix, keys add in straight lines."""
     if obj.meanvalue.mix.is_on:
-        roll.turn_others_off(obj, MixFollower)
+        roll.turned_on(obj, MixFollower)
     elif subject.object_problem(obj) is None:
         others = shape_keys.sharing(obj)
         if not any(other.meanvalue.mix.is_on for other in others):

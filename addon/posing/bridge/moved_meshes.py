@@ -30,15 +30,5 @@ def _follows(obj, control):
     return is_mesh and any(handle.control == control for handle in obj.meanvalue.handles)
 
 
-def note(depsgraph):
-    """Blender has evaluated the scene: unless objects were moved and nothing else, all may be different."""
-    if any(not _is_only_moved(update) for update in depsgraph.updates):
-        _known.clear()
-
-
 def forget():
     _known.clear()
-
-
-def _is_only_moved(update):
-    return isinstance(update.id, bpy.types.Object) and not (update.is_updated_geometry or update.is_updated_shading)

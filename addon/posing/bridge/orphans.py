@@ -12,7 +12,6 @@ from ...scene import actions
 
 _made_for = {}  # session key of a control that was seen in a collection: that of the mesh that it was made for
 _orphans = set()  # session keys of those whose mesh is gone
-_count = 0  # of the file's objects when they were looked through last
 
 
 def made(control, obj):
@@ -46,22 +45,16 @@ def note():
 
 
 def forget():
-    global _count
-    _count = 0
     _made_for.clear()
     _orphans.clear()
 
 
 def are_there():
-    """Whether a mesh with controls is gone. Cheap."""
-    global _count
-    count = len(bpy.data.objects) if _made_for else 0
-    if count < _count:
-        there = {compat.session_key(obj) for obj in bpy.data.objects}
-        for control in [each for each in _made_for if each not in there]:
-            del _made_for[control]
-        _orphans.update(control for control, mesh in _made_for.items() if mesh not in there)
-    _count = count
+    """Whether a mesh with controls is gone, after objects went."""
+    there = {compat.session_key(obj) for obj in bpy.data.objects} if _made_for else ()
+    for control in [each for each in _made_for if each not in there]:
+        del _made_for[control]
+    _orphans.update(control for control, mesh in _made_for.items() if mesh not in there)
     return bool(_orphans)
 
 

@@ -61,6 +61,8 @@ def clear():
 
 def look(obj):
     """The Look of a mesh object; the same one as long as nothing changed. Not for modes with a mesh of their own."""
+    if not (obj.meanvalue.handles or obj.meanvalue.roi_group):
+        return NOTHING
     key = compat.session_key(obj)
     model = scene_input.model(obj)
     model.is_watched = True

@@ -31,7 +31,7 @@ def turned(obj):
     if not obj.meanvalue.live and isinstance(follower, Follower):
         follower.take_back(obj)
     if obj.meanvalue.live:
-        roll.turn_others_off(obj, next(kind for kind in (*stand_ins, Follower) if kind.asks_for(obj)))
+        roll.turned_on(obj, next(kind for kind in (*stand_ins, Follower) if kind.asks_for(obj)))
     obj.update_tag()
 
 

@@ -242,9 +242,9 @@ def _draw_status(layout, context, obj):
 
 def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
-    found = bound_record.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
     if not obj.meanvalue.handles:
         return None
+    found = bound_record.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
     wants_update = (found is not None and found[1]) or any(
         handle.follows == 'CONTROL' and controls.why_it_is_missing(obj, handle) for handle in obj.meanvalue.handles
     )

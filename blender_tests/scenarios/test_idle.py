@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where nothing follows and nothing is shown, scenes cost nothing more with the add-on."""
+
+import sys
+
+import bpy
+import numpy as np
+import pytest
+from support import handles, meshes, steps
+from support.handles import TOP, follows
+
+
+def animated(count):
+    """So many mesh objects that move and whose shape keys are animated, and an active Empty."""
+    for number in range(count):
+        obj = meshes.grid()
+        obj.keyframe_insert("location", frame=1)
+        obj.location.x = number + 1.0
+        obj.keyframe_insert("location", frame=9)
+        key = steps.add_pose_key(obj)
+        key.keyframe_insert("value", frame=1)
+    empty = bpy.data.objects.new("Empty", None)
+    bpy.context.collection.objects.link(empty)
+    bpy.context.view_layer.objects.active = empty
+    bpy.context.scene.frame_set(1)
+
+
+def calls_of(function):
+    """How many functions are called in it, Python's and built-in ones."""
+    calls = []
+    sys.setprofile(lambda _frame, event, _argument: calls.append(event) if "call" in event else None)
+    try:
+        function()
+    finally:
+        sys.setprofile(None)
+    return len(calls)
+
+
+def play():
+    for frame in range(2, 6):
+        bpy.context.scene.frame_set(frame)
+        bpy.context.view_layer.objects.active.location.y += 1.0
+        bpy.context.view_layer.update()
+
+
+def test_a_frame_of_a_scene_without_us_costs_the_same_for_any_number_of_meshes():
+    counts = []
+    for count in (3, 97):
+        animated(count)
+        counts.append(calls_of(play) / 4)
+    assert counts[0] == counts[1] and counts[1] < 60, counts
+
+
+def duplicate(obj):
+    meshes.activate(obj)
+    bpy.ops.object.duplicate()
+    bpy.context.object.meanvalue.handles["Top"].control = bpy.data.objects.new("Own", None)
+    bpy.context.collection.objects.link(bpy.data.objects["Own"])
+    return bpy.context.object
+
+
+def append(obj, path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.data.objects.remove(obj.meanvalue.handles["Top"].control)
+    bpy.data.objects.remove(obj)
+    handles.update()
+    with bpy.data.libraries.load(str(path)) as (there, wanted):
+        wanted.objects = there.objects
+    for each in wanted.objects:
+        bpy.context.collection.objects.link(each)
+    return next(each for each in wanted.objects if each.type == 'MESH')
+
+
+@pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "undone"])
+def test_what_becomes_live_is_noticed(how, tmp_path, part):
+    obj, control = handles.tube(live=how != "turned on")
+    handles.update()
+    part("live.roll").forget()
+    part("scene.object_model").clear()
+    if how == "turned on":
+        obj.meanvalue.live = True
+    elif how == "duplicated":
+        obj = duplicate(obj)
+    elif how == "appended":
+        obj = append(obj, tmp_path / "live.blend")
+    else:
+        part("handlers").meanvalue_look_again()
+    handles.update()
+    handles.move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
+    assert np.isfinite(handles.shown(obj)).all()
+    assert how == "duplicated" or follows(obj, (1.0, 0.0, 0.0), TOP)
