@@ -15,7 +15,6 @@ from .solver import session
 
 _rooms = ()
 _is_unknown = True  # what the file has: the add-on may be enabled in any, and nobody tells if undo or loading failed
-_object_count = 0  # of the file when it was looked at last
 
 
 def _have_heard(name, *arguments):
@@ -29,7 +28,7 @@ def _have_heard(name, *arguments):
 def meanvalue_scene_updated(_scene, depsgraph):
     if depsgraph.mode == 'RENDER':  # on a thread of its own
         return
-    _notice_objects()
+    _notice_objects(depsgraph)
     _note_active_object(depsgraph)
     engine.scene_updated(depsgraph)
 
@@ -37,17 +36,16 @@ def meanvalue_scene_updated(_scene, depsgraph):
 @persistent
 def meanvalue_frame_changed(_scene, depsgraph):
     if depsgraph.mode != 'RENDER':
-        _notice_objects()
+        _notice_objects(depsgraph)
     engine.frame_changed(depsgraph)
 
 
-def _notice_objects():
-    """Where objects came, as by appending and duplicating, some may be live; where they went, it is told."""
-    global _object_count
+def _notice_objects(depsgraph):
+    """Where objects came, as by appending and duplicating, some may be live; where they went, it is told. Blender tells
+    of collections then, and in no frame of an animation."""
     if _is_unknown:
         _begin()
-    elif len(bpy.data.objects) != _object_count:
-        _object_count = len(bpy.data.objects)
+    elif depsgraph.id_type_updated('COLLECTION'):
         _have_heard("objects_changed")
         roll.search()
 
@@ -62,8 +60,8 @@ def meanvalue_leave_file(*_):
 
 @persistent
 def meanvalue_look_again(*_):
-    global _is_unknown, _object_count
-    _is_unknown, _object_count = False, len(bpy.data.objects)
+    global _is_unknown
+    _is_unknown = False
     object_model.clear()
     _have_heard("forget")
     engine.look_for_live_objects()

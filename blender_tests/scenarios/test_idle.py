@@ -73,7 +73,7 @@ def append(obj, path):
 
 @pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "undone"])
 def test_what_becomes_live_is_noticed(how, tmp_path, part):
-    obj, control = handles.tube(live=how != "turned on")
+    obj, _control = handles.tube(live=how != "turned on")
     handles.update()
     part("live.roll").forget()
     part("scene.object_model").clear()
