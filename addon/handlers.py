@@ -2,8 +2,9 @@
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
 Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
-room.py: objects_changed(), chosen(active), forget(), another_file(), about_to_save(), those that it has. Blender calls
-handlers for every frame of every scene: nothing may be gone through there unless something of ours follows or is shown.
+room.py: scene_updated(), objects_changed(), chosen(active), forget(), another_file(), about_to_save(), those that it
+has. Blender calls handlers for every frame of every scene: nothing may be gone through there unless something of ours
+follows or is shown.
 """
 
 import bpy
@@ -29,6 +30,7 @@ def meanvalue_scene_updated(_scene, depsgraph):
     if depsgraph.mode == 'RENDER':  # on a thread of its own
         return
     _notice_objects(depsgraph)
+    _have_heard("scene_updated")
     _note_active_object(depsgraph)
     engine.scene_updated(depsgraph)
 
