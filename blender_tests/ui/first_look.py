@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender starts with the add-on, and its tab in the sidebar opens."""
 
-import bpy
 from support import meshes
 
 TAB = "Mean-Value"
@@ -12,12 +11,3 @@ def open_the_tab(ui):
     ui.frame_all()
     yield from ui.open_tab(TAB)
     yield from ui.screenshot("first_look")
-
-
-def status_bar(ui):
-    assert ui.status_text() is None
-    bpy.context.workspace.status_text_set("Busy")
-    yield
-    assert ui.status_text() == "Busy"
-    bpy.context.workspace.status_text_set(None)
-    assert ui.status_text() is None
