@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Color
-from support import armatures, handles, installed, meshes, steps
+from support import armatures, handles, meshes, steps
 from support.handles import BOTTOM, TOP, follows, is_at_rest, move, rest, shown, update
 
 
@@ -207,44 +207,3 @@ def test_controls_are_in_a_collection_of_their_own_that_goes_with_the_last():
         meshes.activate(obj)
         bpy.ops.meanvalue.remove_handle()
     assert not len(bpy.data.collections)
-
-
-def test_live_tells_that_an_export_of_its_animation_shows_one_pose(status):
-    obj, control = handles.tube()
-    assert status(obj)[0] == ""
-    control.keyframe_insert("location", frame=1)
-    update()
-    text, is_problem = status(obj)
-    assert "export" in text and "Bake" in text and not is_problem
-
-
-def test_frames_are_looked_at_without_a_context(tmp_path, monkeypatch, capfd):
-    """They are rendered on a thread of their own."""
-    _obj, control = handles.tube()
-    for frame, offset in ((1, 0.0), (3, 2.0)):
-        control.location.x = offset
-        control.keyframe_insert("location", frame=frame)
-    scene = bpy.context.scene
-    scene.camera = meshes.new_object("Camera", bpy.data.cameras.new("Camera"))
-    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = 'CYCLES', 8, 8
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.frame_end, scene.render.filepath = 3, str(tmp_path / "frame_")
-    asked = []
-
-    class Nobody:
-        def __getattr__(self, name):
-            asked.append(name)
-            raise AttributeError(name)
-
-    scene.frame_set(1)
-    look = installed.part("live.render_notes").look
-
-    def look_alone(*arguments):
-        with monkeypatch.context() as patched:
-            patched.setattr(bpy, "context", Nobody())
-            patched.setattr(bpy.types.Object, "users_scene", property(lambda _obj: asked.append("users_scene")))
-            look(*arguments)
-
-    monkeypatch.setattr(installed.part("live.render_notes"), "look", look_alone)
-    bpy.ops.render.render(animation=True)
-    assert "controls of 'Tube' are animated" in capfd.readouterr().out and not asked

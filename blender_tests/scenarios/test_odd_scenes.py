@@ -56,10 +56,32 @@ def render_scene(tmp_path, last=3):
     return scene
 
 
+@pytest.fixture
+def asked(part, monkeypatch):
+    """What Blender is asked for while a frame is looked at, which it must not be on the thread that renders."""
+    names, notes = [], part("live.render_notes")
+    look = notes.look
+
+    class Nobody:
+        def __getattr__(self, name):
+            names.append(name)
+
+    def look_alone(*arguments):
+        with monkeypatch.context() as patched:
+            patched.setattr(bpy, "context", Nobody())
+            patched.setattr(bpy.types.Object, "users_scene", property(lambda _obj: names.append("users_scene")))
+            look(*arguments)
+
+    monkeypatch.setattr(notes, "look", look_alone)
+    return names
+
+
 @pytest.mark.parametrize("is_animated", [True, False])
-def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, is_animated):
+def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, is_animated, asked):
     obj, control = handles.tube()
+    assert status(obj)[0] == ""
     control.keyframe_insert("location", frame=1)
+    assert "export" in status(obj)[0] and "Bake" in status(obj)[0] and not status(obj)[1]
     control.location.x += 4.0 if is_animated else 0.0
     control.keyframe_insert("location", frame=3)
     scene = render_scene(tmp_path)
@@ -74,7 +96,7 @@ def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, is_anim
     bpy.app.handlers.render_post.clear()
     assert len(rendered) == 3 and all(np.array_equal(shape, before) for shape in rendered), "it is left as it is"
     text, is_problem = status(obj)
-    assert is_problem == is_animated
+    assert is_problem == is_animated and not asked
     assert ("Bake" in text and "'Tube'" in text) == is_animated
     scene.frame_start = scene.frame_end = scene.frame_current
     bpy.ops.render.render(animation=True)

@@ -42,45 +42,41 @@ def test_an_overridden_mesh_is_refused_since_its_keys_would_be_lost(override, pa
     assert "are not saved" in part("scene.subject").object_problem(override)
 
 
-def link_action(folder, id_block):
-    """Gives a datablock its own action again, linked from another file. Returns that."""
-    action, path = id_block.animation_data.action, str(folder / "actions.blend")
-    bpy.data.libraries.write(path, {action}, fake_user=True)
+def linked(folder, datablock, kind):
+    """A datablock of this file as it is linked from another."""
+    path = str(folder / "library.blend")
+    bpy.data.libraries.write(path, {datablock}, fake_user=True)
     with bpy.data.libraries.load(path, link=True) as (_, wanted):
-        wanted.actions = [action.name]
-    id_block.animation_data.action = wanted.actions[0]
-    return wanted.actions[0]
+        setattr(wanted, kind, [datablock.name])
+    return getattr(wanted, kind)[0]
 
 
-def key_counts(id_block):
-    return {len(curve.keyframe_points) for curve in baking.curves(id_block)}
-
-
-@pytest.mark.parametrize("ways", ["handles", "bake"])
-def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, ways):
+@pytest.mark.parametrize("way", ["handles", "bake"])
+def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, way):
     """Into the linked one they would be gone when the file is opened again."""
     obj, control = baking.animated_tube()
-    animated = control if ways == "handles" else obj.shape_key_add(name="Smile").id_data
-    if ways == "bake":
+    animated = control if way == "handles" else obj.shape_key_add(name="Smile").id_data
+    if way == "bake":
         animated.key_blocks["Smile"].keyframe_insert("value", frame=1)
-    linked, before = link_action(tmp_path, animated), key_counts(animated)
-    if ways == "handles":
-        bpy.context.scene.frame_set(40)
+    animation = animated.animation_data
+    action = animation.action = linked(tmp_path, animation.action, "actions")
+    before = [len(curve.keyframe_points) for curve in baking.curves(animated)]
+    bpy.context.scene.frame_set(40)
+    if way == "handles":
         assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
     else:
         baking.bake(target='SHAPE_KEYS')
-    assert animated.animation_data.action.library is None and key_counts(animated) != before
-    animated.animation_data.action = linked
-    assert key_counts(animated) == before
+    assert animation.action.library is None
+    assert [len(curve.keyframe_points) for curve in baking.curves(animated)] != before
+    animation.action = action
+    assert [len(curve.keyframe_points) for curve in baking.curves(animated)] == before
 
 
 def test_a_linked_control_takes_no_keyframes(tmp_path, capfd):
     obj, _control = handles.tube()
-    bpy.data.libraries.write(str(tmp_path / "props.blend"), {meshes.new_object("Prop")})
-    with bpy.data.libraries.load(str(tmp_path / "props.blend"), link=True) as (_, wanted):
-        wanted.objects = ["Prop"]
-    bpy.context.collection.objects.link(wanted.objects[0])
-    obj.meanvalue.handles["Top"].control = wanted.objects[0]
+    prop = linked(tmp_path, meshes.new_object("Prop"), "objects")
+    bpy.context.collection.objects.link(prop)
+    obj.meanvalue.handles["Top"].control = prop
     meshes.activate(obj)
     bpy.ops.meanvalue.keyframe_handles()
-    assert wanted.objects[0].animation_data is None and "would not be saved" in capfd.readouterr().out
+    assert prop.animation_data is None and "would not be saved" in capfd.readouterr().out

@@ -4,7 +4,6 @@
 One vertex for each marker, and for each cuff (core.cuffs) some around a limb, whose control turns, too.
 """
 
-import bpy
 import numpy as np
 from mathutils import Matrix
 
@@ -108,22 +107,13 @@ def _make_soft_handle(obj, name, color, strength):
 
 
 def _control_of(obj, handle, name, shape, size):
-    """The control of a handle, or a new one: the first, or for one that was deleted or is the original's.
-
-    It is a child of the object, as all controls, so that moving the object moves the whole character.
-    """
+    """The control of a handle, or a new one: the first, or for one that was deleted or is the original's."""
     control = handle.control
     if control is not None and controls.owner_of(control) == obj:
         if not control.users_collection:
             controls.put_beside(obj, control)
         return control
-    control = bpy.data.objects.new(f"{obj.name} {name}", None)
-    controls.put_beside(obj, control)
-    control.empty_display_type = shape
-    control.empty_display_size = size
-    control.show_in_front = True
-    controls.paint(control, handle)
-    return control
+    return controls.new_control(obj, handle, name, shape, size)
 
 
 def _animate(control, matched, places, rest, turns=None):

@@ -135,16 +135,8 @@ def paint(control, handle):
 
 
 def add_control(obj, handle, rest_points, shown_points):
-    """Makes the Empty that moves `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen.
-
-    It is a child of the object, so that moving the object moves both and poses nothing.
-    """
-    control = bpy.data.objects.new(f"{obj.name} {handle.name}", None)
-    put_beside(obj, control)
-    control.empty_display_type = 'CUBE'
-    control.empty_display_size = _size(obj, shown_points)
-    control.show_in_front = True
-    paint(control, handle)
+    """Makes the Empty that moves `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen."""
+    control = new_control(obj, handle, handle.name, 'CUBE', _size(obj, shown_points))
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
     frame = control_places.unscaled(obj)
@@ -162,13 +154,22 @@ def add_control(obj, handle, rest_points, shown_points):
     return control
 
 
+def new_control(obj, handle, name, shape, size):
+    """An Empty for a handle, a child of the object: moving the object moves both and poses nothing."""
+    control = bpy.data.objects.new(f"{obj.name} {name}", None)
+    control.empty_display_type, control.empty_display_size, control.show_in_front = shape, size, True
+    paint(control, handle)
+    control.parent = obj
+    put_beside(obj, control)
+    return control
+
+
 def put_beside(obj, control):
-    """Makes a control of `obj` its child, in collections for controls beside it, which exports can leave out."""
+    """Puts a control into collections for controls beside the object, which exports can leave out."""
     homes = [each for each in obj.users_collection if each.library is None and each.override_library is None]
     homes = homes or [bpy.context.scene.collection]
     for home in {_place_for_controls(each) for each in homes}:
         home.objects.link(control)
-    control.parent = obj
     orphans.made(control, obj)
     views.show_in_local_views(control, obj)
     if obj.visible_get() and not control.visible_get():  # the artist has put the others out of sight

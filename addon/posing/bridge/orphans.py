@@ -21,8 +21,8 @@ def made(control, obj):
 
 def is_deleted(handle):
     """Whether the artist has deleted the control that was made for `handle`: nothing else uses it any more, but it was
-    seen in a collection. So one that was appended with its mesh is none, nor one whose collection was unlinked; nor one
-    with animation, which is no use to anybody else. On any thread."""
+    seen in a collection. So none that was appended with its mesh, or whose collection was unlinked; and none with
+    animation, which would be lost. On any thread."""
     control = handle.control
     if control is None or not handle.made_control:
         return handle.made_control
