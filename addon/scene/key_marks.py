@@ -40,11 +40,11 @@ def find(keys, mark, name=""):
     return named if is_named else next((key for key in keys.key_blocks if key.slider_min == mark), None)
 
 
-def of_role(keys, wanted):
-    """Those that have the role, of several with the same mark the first."""
+def of_role(keys, *roles):
+    """Those that have one of the roles, of several with the same mark the first."""
     found = {}
     for key in keys.key_blocks if keys is not None else ():
-        if role(key) == wanted:
+        if role(key) in roles:
             found.setdefault(key.slider_min, key)
     return list(found.values())
 

@@ -127,7 +127,7 @@ def ensure_result_key(obj):
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
     keys = obj.data.shape_keys
-    names = {key.name for role in (Role.MIX, Role.RIG_POSE, Role.CORRECTIVE) for key in key_marks.of_role(keys, role)}
+    names = {key.name for key in key_marks.of_role(keys, Role.MIX, Role.RIG_POSE, Role.CORRECTIVE)}
     for each in (obj, *sharing(obj)):
         names.update((*pose_key.names(each), *names_in(each.meanvalue.baked.keys)))
     return names
@@ -197,6 +197,8 @@ def pose_to_use(obj):
             f"There is no pose to use: the shape key '{obj.meanvalue.result_key}' is missing. Turn Live on and "
             "move a handle"
         )
+    if np.array_equal(shape, rest_positions(obj.data)):
+        raise SceneError("Nothing is posed: kept poses are in their own shape keys. Move a handle first")
     return shape
 
 

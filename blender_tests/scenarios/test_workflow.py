@@ -160,14 +160,3 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path):
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
-
-
-def test_another_result_name_shows_the_new_pose_alone():
-    obj = steps.posed_grid(meshes.grid())
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
-    obj.meanvalue.result_key = "Second"
-    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
-    keys = obj.data.shape_keys.key_blocks
-    assert (keys["Mean-Value"].mute, keys["Second"].mute) == (True, False)
-    assert np.allclose(meshes.seen(obj), steps.key_positions(obj, "Second"), atol=1e-6)

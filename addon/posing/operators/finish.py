@@ -66,11 +66,11 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     def _keep(self, obj):
         """Returns (sentence, [notes])."""
         key, shape, rest = shape_keys.result(obj), shape_keys.result_positions(obj), shape_keys.rest_positions(obj.data)
-        is_posed = shape is not None
+        near = SAME_POSE * fixed_points.bounding_box_diagonal(rest)
+        is_posed = shape is not None and np.abs(shape - rest).max() > near
         notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
         obj.meanvalue.live = False
-        near = SAME_POSE * fixed_points.bounding_box_diagonal(rest)
-        if is_posed and self.keep == 'SHAPE_KEY' and np.abs(shape - rest).max() > near:
+        if is_posed and self.keep == 'SHAPE_KEY':
             given = self.name.strip() or ("" if key.name == ids.DEFAULT_RESULT_KEY else key.name)
             key.name = given or pose_names.of(obj, shape - rest)
             key.slider_min = key_marks.mark(Role.KEPT, key.name)

@@ -2,7 +2,6 @@
 """What uses the pose that is shown: Keep Pose and Apply as Rest. Finish is in finish.py."""
 
 import bpy
-import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
@@ -67,8 +66,6 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         shape, rest = shape_keys.pose_to_use(obj), shape_keys.rest_positions(obj.data)
-        if np.array_equal(shape, rest):
-            raise SceneError("Nothing is posed since the last pose was kept. Move a handle first")
         key = shape_keys.add_shape(obj, self.name.strip() or pose_names.of(obj, shape - rest), shape)
         key.slider_min = key_marks.mark(Role.KEPT, key.name)
         name = key.name
