@@ -147,6 +147,6 @@ def test_many_keys_are_baked_in_seconds(count):
     mix = mix_of([(REST + move, None, 0, 1) for move in moves])
     correction, begun = corrections(mix), time.process_time()
     found, _total = search(mix, correction, 0.002 * mix.diagonal, 60)
-    assert time.process_time() - begun < 30.0
+    assert time.process_time() - begun < 10.0
     straight = max(farthest(correction(in_betweens.setting([(0, 1)] * count, number))) for number in range(64))
     assert 0 < len(found.shapes) <= 60 and found.error < straight

@@ -10,7 +10,7 @@ from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
 from ...posing.live.follower import Follower
 from ...scene import shape_keys
-from ...solver import native_loader, session
+from ...solver import session
 from ..core.key_drive import DriveInput
 from . import driven_keys, key_shapes
 
@@ -98,19 +98,10 @@ class KeyFollower(Follower):
 
     def _bind_work(self, _obj):
         shapes = self._input.shapes
-        rest, moved, anchors = shapes.fit_input(self._input.anchors)
+        arrays = shapes.fit_input(self._input.anchors)
 
         def work(_execution):
-            fit = session.call(
-                native_loader.module().SliderFit,
-                rest,
-                moved,
-                anchors,
-                lower=shapes.lower,
-                upper=shapes.upper,
-                can_move=False,
-                refused=REFUSED,
-            )
+            fit = key_shapes.fit(shapes, arrays, REFUSED, can_move=False)
 
             def collect(_obj):
                 self._binding = fit

@@ -8,6 +8,7 @@ from ...errors import SceneError
 from ...scene import actions, shape_keys
 from ...scene.core.key_shapes import KeyShapes, Slider
 from ...scene.key_reading import KeyReading
+from ...solver import native_loader, session
 
 
 def sorted_out(obj):
@@ -91,6 +92,12 @@ class SliderReading(KeyReading):
 
 
 gather = SliderReading.gather
+
+
+def fit(shapes, arrays, refused, can_move):
+    """The native SliderFit of KeyShapes; arrays: as of their fit_input(). @throws SolverError."""
+    make, bounds = native_loader.module().SliderFit, {"lower": shapes.lower, "upper": shapes.upper}
+    return session.call(make, *arrays, **bounds, can_move=can_move, refused=refused)
 
 
 def values(obj, names):

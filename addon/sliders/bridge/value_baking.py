@@ -8,7 +8,7 @@ from ...baking.core import key_reduction
 from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import shape_keys
 from ...scene.core import fixed_points
-from ...solver import native_loader, session
+from ...solver import session
 from ..core import marked_face
 from . import head_motion, key_shapes, value_curves
 from .anchor_sources import HandleAnchors, MarkerAnchors
@@ -44,15 +44,8 @@ class ValueBaking:
         rest, shapes, places = self.shapes.fit_input(source.anchors)
         rest[places] += source.offsets
         shapes[:, places] += source.offsets
-        self.fit = session.call(
-            native_loader.module().SliderFit,
-            rest,
-            shapes,
-            places,
-            lower=self.shapes.lower,
-            upper=self.shapes.upper,
-            can_move=self.options.head_motion != head_motion.STILL,
-            refused=REFUSED,
+        self.fit = key_shapes.fit(
+            self.shapes, (rest, shapes, places), REFUSED, can_move=self.options.head_motion != head_motion.STILL
         )
         self.solved = yield from session.steps(
             self.fit.start_solve_sequence, source.targets, source.weights, execution=execution, refused=REFUSED
