@@ -125,7 +125,8 @@ class BindInput:
     def notes(self):
         """Sentences on what of the mesh keeps poses from being what the artist expects."""
         found = []
-        vertices, pieces, distance = welding.gaping(self.rest, self.face_corners, self.face_starts, self.copies)
+        faces = self.face_corners, self.face_starts
+        vertices, pieces, distance = welding.gaping(self.rest, *faces, self.copies, surely=True)
         if len(vertices):
             found.append(
                 f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')} lie nearly in the place of "

@@ -18,6 +18,8 @@ MOST_COLLAPSED = 0.02
 
 #: Of the mesh's size, and of its shortest edges: borders that are so near to each other are apart by mistake.
 NEAR, NEAR_EDGES = 1e-3, 0.1
+#: Of that: so near they are by mistake even where they are few; other ones may be tips of hair, or hems.
+SURE = 0.1
 
 #: Of more points than these in one cell only the outermost are compared with those of others.
 CROWD = 8
@@ -41,7 +43,7 @@ def copies(rest, closes_seams, merge_distance, _of_faces, read_faces):
         first = first_of_place(rest, distance)
     elif closes_seams:
         first = np.arange(len(rest))
-        border = border_vertices(len(rest), *read_faces())
+        border = np.unique(border_edges(len(rest), *read_faces()))
         first[border] = border[first_of_place(rest[border], distance)]
     else:
         return None
@@ -53,10 +55,10 @@ def rounding(rest):
     return ROUNDING * float(np.ptp(rest, axis=0).max(initial=0.0)) if len(rest) else 0.0
 
 
-def border_vertices(count, face_corners, face_starts):
-    """Ascending numbers of the vertices at edges that one face alone has, of `count`."""
+def border_edges(count, face_corners, face_starts):
+    """m x 2 numbers of the vertices, of `count`, of edges that one face alone has; the lower first."""
     if len(face_starts) == 0:
-        return np.empty(0, np.int64)
+        return np.empty((0, 2), np.int64)
     following = mirror_planes.edge_ends(face_corners, face_starts)
     # Each edge adds to the sum of its start the mark of its end, and takes that of its start from the sum of its end.
     # Two faces cancel out if they look to one side: what is left to be sorted is little. Whole numbers, so exactly.
@@ -66,7 +68,7 @@ def border_vertices(count, face_corners, face_starts):
     lies_in = np.flatnonzero(may_be[face_corners] & may_be[following] & (face_corners != following))
     edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
     _, index, uses = np.unique(edges @ np.array([count, 1], np.int64), return_index=True, return_counts=True)
-    return np.unique(edges[index[uses == 1]])
+    return edges[index[uses == 1]]
 
 
 def together(first, shapes, merge_distance):
@@ -160,29 +162,36 @@ def harmless(lengths):
     return float(f"{np.floor(longest / figure) * figure:.1g}")
 
 
-def gaping(rest, face_corners, face_starts, first):
-    """(vertices, pieces, distance): ascending ones of open borders nearly in the place of others, of how many pieces of
-    the mesh, and a merge distance that joins them. first: as of copies(), which are none of them."""
+def gaping(rest, face_corners, face_starts, first, surely=False):
+    """(vertices, pieces, distance): ascending ones at edges of open borders that lie nearly in the place of others, of
+    how many pieces of the mesh, and a merge distance that joins them.
+
+    first: as of copies(), which are none of them; surely: only if they are very near, or most of the borders.
+    """
     corners = face_corners if first is None else first[face_corners]
-    border, ends = border_vertices(len(rest), corners, face_starts), np.empty(0)
-    lengths = edge_lengths(rest, face_corners, face_starts) if len(border) else ends
+    edges = border_edges(len(rest), corners, face_starts)
+    lengths = edge_lengths(rest, face_corners, face_starts) if len(edges) else edges
     if len(lengths) == 0:
-        return border[:0], 0, 0.0
+        return np.empty(0, np.int64), 0, 0.0
+    border, places = np.unique(edges, return_inverse=True)
     limit = min(NEAR * fixed_points.bounding_box_diagonal(rest), NEAR_EDGES * harmless(lengths))
     points, place = rest[border].astype(np.float64), first_of_place(rest[border], limit)
-    counts = np.maximum(np.bincount(place), 1)
-    middles = np.stack([np.bincount(place, column) for column in points.T], axis=1) / counts[:, None]
+    counts = np.maximum(np.bincount(place), 1)[:, None]
+    middles = np.stack([np.bincount(place, column) for column in points.T], axis=1) / counts
     reach = np.zeros(len(counts))
     np.maximum.at(reach, place, 2.0 * np.linalg.norm(points - middles[place], axis=1))
-    places, ends = np.full(len(rest), -1), mirror_planes.edge_ends(corners, face_starts)
-    places[border] = place
-    reach[places[corners[(places[corners] == places[ends]) & (places[corners] >= 0)]]] = 0.0  # a short edge
-    vertices, widest = border[reach[place] > rounding(rest)], reach.max()
-    if len(vertices) == 0:
-        return vertices, 0, 0.0
-    pieces = connected.parts(np.stack([corners, ends], axis=1), len(rest))[vertices]
+    ends = np.sort(place[places.reshape(-1, 2)], axis=1)
+    _, index, uses = np.unique(ends @ np.array([len(rest), 1]), return_inverse=True, return_counts=True)
+    is_seam = np.zeros(len(counts), bool)  # as tips of hair that meet are not
+    is_seam[ends[(uses[index.ravel()] > 1) & (ends[:, 0] != ends[:, 1])]] = True
+    is_seam &= reach > rounding(rest)
+    vertices, widest = border[is_seam[place]], reach[is_seam].max(initial=0.0)
+    is_sure = widest < SURE * limit or 2 * len(vertices) > len(border)
+    if len(vertices) == 0 or (surely and not is_sure):
+        return vertices[:0], 0, 0.0
+    pieces = connected.parts(np.stack([corners, mirror_planes.edge_ends(corners, face_starts)], axis=1), len(rest))
     figure = 10.0 ** np.floor(np.log10(widest))
-    return vertices, len(np.unique(pieces)), float(f"{np.ceil(widest / figure) * figure:.1g}")
+    return vertices, len(np.unique(pieces[vertices])), float(f"{np.ceil(widest / figure) * figure:.1g}")
 
 
 def spread(weights, first):
