@@ -37,12 +37,14 @@ def edges(mesh):
     return ends.reshape(-1, 2)
 
 
-def triangles(mesh, rest):
-    """m x 3 int32: Blender's own triangulation of the shape `rest`, n x 3 float32.
+def triangles(mesh, rest, corners=None):
+    """m x 3 int32: Blender's own triangulation of the shape `rest`, n x 3 float32. corners: of faces(), if at hand.
 
     How a quad is split depends on where its corners are. The mesh's own triangles are right if its vertices are in
     the rest shape; else a copy in the rest shape is triangulated.
     """
+    if corners is not None and len(corners) == 3 * len(mesh.polygons):
+        return corners.reshape(-1, 3)
     if np.array_equal(vertex_positions(mesh), rest):
         return shown_triangles(mesh)
     copy = mesh.copy()

@@ -8,7 +8,7 @@ from mathutils import Quaternion, Vector
 from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import declarations, mesh_arrays, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import declarations, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
 from .region import radius
@@ -52,7 +52,8 @@ class Grip:
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
-            if not (mesh_arrays.faces(obj.data)[0] == vertex).any():
+            follows = region.Surface(obj, [vertex]).falloff(0.0)  # at least the next edges do
+            if len(obj.data.polygons) == 0 or np.count_nonzero(follows) < 2:
                 raise SceneError(
                     f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face, or fill the "
                     "mesh with faces (Edit Mode, F)"
@@ -71,7 +72,7 @@ class Grip:
             self.has_size = bool(obj.meanvalue.roi_group)
             self._size_before = handle.size
         self.handle_name = handle.name
-        self._rest_of_region = self._limb = None
+        self._rest_of_region = self._limb = self._around = None
         if self.is_new:
             self.resize(obj, size)
         bpy.context.view_layer.update()  # a control that was just made has its place only after this
@@ -99,7 +100,8 @@ class Grip:
             before = self._before.region_weights(obj)
             self._rest_of_region = before if self.is_new else region.without(obj, handle, before)
         handle.size, self._limb = size, None
-        region.write(obj, np.maximum(self._rest_of_region, region.around(obj, handle)))
+        self._around = region.around(obj, handle)
+        region.write(obj, np.maximum(self._rest_of_region, self._around))
         return True
 
     def move(self, obj, offset):
@@ -118,8 +120,8 @@ class Grip:
     def _find_limb(self, obj):
         """(from where its surroundings end to the handle, 3 in the world; how much it turns with that, 0 to 1)."""
         handle = self.handle(obj)
-        weights = region.around(obj, handle)
-        weights[weights > END_OF_LIMB] = 0.0
+        weights = region.around(obj, handle) if self._around is None else self._around
+        weights = np.where(weights > END_OF_LIMB, 0.0, weights)
         if not weights.any():
             return Vector(), 0.0
         end = np.average(self._seen, axis=0, weights=weights)

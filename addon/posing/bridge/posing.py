@@ -32,7 +32,8 @@ class Posing:
         self.binding = session.cached(self.bind_input)
         self._known = session.earlier(self.bind_input) if self.binding is None else None
         is_new = self.binding is None and self._known is None
-        self._triangles = mesh_arrays.triangles(obj.data, self.bind_input.rest) if is_new else None
+        shape = self.bind_input.rest, self.bind_input.face_corners
+        self._triangles = mesh_arrays.triangles(obj.data, *shape) if is_new else None
 
     def _gather_targets(self, obj, bind_input):
         if self._goal is None:

@@ -8,7 +8,6 @@ from ...errors import SceneError
 from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from ...solver import native_loader
-from ...solver.core import fingerprint
 from . import members
 
 #: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
@@ -105,13 +104,13 @@ class Surface:
 
 def _ways(obj):
     """(copies as of seams, the SurfaceWays over the mesh in which they are merged, which is kept of the last mesh)."""
-    rest, edges = shape_keys.rest_positions(obj.data), mesh_arrays.edges(obj.data)
-    first = seams.copies(obj, rest)
-    if first is not None:
-        edges = first[edges]
-        edges = edges[edges[:, 0] != edges[:, 1]]
-    key = fingerprint.digest(rest, edges)
+    rest = shape_keys.rest_positions(obj.data)
+    first, key = seams.copies(obj, rest), seams.likeness(obj, rest)
     if key not in _known_ways:
+        edges = mesh_arrays.edges(obj.data)
+        if first is not None:
+            edges = first[edges]
+            edges = edges[edges[:, 0] != edges[:, 1]]
         make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
         ways = make(rest, edges, none)
         if len(edges) and (ways.parts[edges[:, 0]] != ways.parts[edges[0, 0]]).any():

@@ -129,7 +129,7 @@ class Follower(Following):
     def _bind_work(self, obj):
         bind_input = self._input
         known = session.earlier(bind_input)
-        triangles = mesh_arrays.triangles(obj.data, bind_input.rest) if known is None else None
+        triangles = mesh_arrays.triangles(obj.data, bind_input.rest, bind_input.face_corners) if known is None else None
 
         def collect(owner, binding):
             self._binding = binding
