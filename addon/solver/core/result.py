@@ -47,7 +47,7 @@ def torn_notes(bind_input, targets):
     kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
         yield (
-            f"Mirroring or Merge Distance keeps {wording.vertices(kept_back)} from where the handle is: a handle "
+            f"Mirroring or a joined seam keeps {wording.vertices(kept_back)} from where the handle is: a handle "
             "across the mirror plane goes along it and turns in it, and of two handles on mirrored or merged places "
             "the upper one in the list leads, or one that is not soft"
         )
