@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing by the add-on's operators, as an artist's clicks would, and the figures for the report."""
+"""Posing by the add-on's operators, as an artist's clicks would, and what it took."""
 
-import importlib
 import time
-from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -12,21 +10,6 @@ from support import installed, meshes, steps
 from .errors import DemoError
 
 ADDON = installed.PACKAGE
-
-
-@dataclass(frozen=True)
-class PoseFigures:
-    """What the report says of one pose. Energies are G of eq 15 at bounding-box diagonal 1; times in seconds."""
-
-    vertex_count: int
-    face_count: int
-    free_count: int
-    anchor_count: int
-    guarded_count: int
-    energy_before: float
-    energy_after: float
-    bind_seconds: float
-    solve_seconds: float
 
 
 def install_addon(zip_path):
@@ -57,7 +40,7 @@ def seen_in_world(obj):
 
 
 def pose_by_operators(subject):
-    """Adds the anchor groups, binds, puts the anchors on their targets and solves; returns PoseFigures.
+    """Adds the anchor groups, binds, puts the anchors on their targets and solves; returns {stage: seconds}.
 
     The result is in the shape key `obj.meanvalue.result_key`. @throws DemoError with the add-on's own words.
     """
@@ -72,28 +55,23 @@ def pose_by_operators(subject):
 
     start = time.perf_counter()
     call(bpy.ops.meanvalue.bind)
-    bind_seconds = time.perf_counter() - start
-
-    if subject.targets is not None:
-        write_pose_key(obj, subject)
-    posed = positions(obj, obj.active_shape_key)
+    seconds = {"bind": time.perf_counter() - start}
+    write_pose_key(obj, subject)
     start = time.perf_counter()
     call(bpy.ops.meanvalue.solve_from_key)
-    solve_seconds = time.perf_counter() - start
-    return figures(obj, posed, bind_seconds, solve_seconds)
+    return seconds | {"solve": time.perf_counter() - start}
 
 
 def grabbed(subject):
-    """PoseFigures of the mesh as one press and drag poses it."""
+    """{stage: seconds}: the mesh is posed as one press and drag poses it."""
     vertex, offset, size = subject.grab
     start = time.perf_counter()
     call(bpy.ops.meanvalue.grab, vertex=vertex, offset=offset, size=size)
     bpy.context.view_layer.update()
-    seconds = time.perf_counter() - start
+    seconds = {"solve": time.perf_counter() - start}
     subject.obj.meanvalue.live = False  # while it is photographed
     bpy.context.view_layer.objects.active = subject.obj
-    posed = positions(subject.obj, result_key(subject.obj))
-    return figures(subject.obj, posed, 0.0, seconds)
+    return seconds
 
 
 def call(operator, **options):
@@ -143,37 +121,6 @@ def group_indices(obj, name):
         if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
     ]
     return np.array(members, dtype=int)
-
-
-def figures(obj, posed, bind_seconds, solve_seconds):
-    """PoseFigures from what it is bound as, and G of the result and of where the solver starts: the rest shape with
-    the anchors where `posed` (n, 3) has them."""
-    bound = steps.summary(obj)
-    rest, anchors = positions(obj), held(obj)
-    teleported = rest.copy()
-    teleported[anchors] = posed[anchors]
-    encoding = whole_encoding(obj, rest)
-    diagonal = np.linalg.norm(rest.max(axis=0) - rest.min(axis=0))
-    return PoseFigures(
-        vertex_count=len(obj.data.vertices),
-        face_count=len(obj.data.polygons),
-        free_count=bound.free_count,
-        anchor_count=bound.anchor_count,
-        guarded_count=len(encoding.guarded),
-        energy_before=encoding.energy(teleported) / diagonal**2,
-        energy_after=encoding.energy(positions(obj, result_key(obj))) / diagonal**2,
-        bind_seconds=bind_seconds,
-        solve_seconds=solve_seconds,
-    )
-
-
-def whole_encoding(obj, rest):
-    """The native encoding of the whole rest mesh `rest` (n, 3)."""
-    native = importlib.import_module(f"{ADDON}.solver.native_loader").module()
-    obj.data.calc_loop_triangles()
-    triangles = np.empty(3 * len(obj.data.loop_triangles), dtype=np.int32)
-    obj.data.loop_triangles.foreach_get("vertices", triangles)
-    return native.encode(rest, triangles.reshape(-1, 3))
 
 
 def result_key(obj):

@@ -51,7 +51,7 @@ def main(argv):
             about, blocks, name = special.ABOUT, special.blocks(options, empty_scene), f"{argv[0]}_report.txt"
         else:
             blocks = [run_subject(make, options) for make in makers(options)]
-            about, name = report.ABOUT, "report.txt"
+            about, name = ("meshes posed by their anchors",), "report.txt"
     except DemoError as error:
         print(f"./dev demo: {error}", file=sys.stderr)
         return 1
@@ -92,10 +92,9 @@ def run_subject(make, options):
         empty_scene()
         subject = make()
     print(f"{subject.title}: posing ...", flush=True)
-    figures = pose.pose_by_operators(subject)
+    seconds |= pose.pose_by_operators(subject)
     if subject.companions:
         user_file.hide_what_would_stay_behind(subject)
-    seconds.update(bind=figures.bind_seconds, solve=figures.solve_seconds)
     print(f"{subject.title}: rendering ...", flush=True)
     view = subject.view
     picture = stage.Picture(view.width, view.height, options.samples, options.engine)
@@ -107,7 +106,12 @@ def run_subject(make, options):
         ready.to_be_tried(subject)
     with timed(seconds, "write"):
         files.append(save(options.output / f"{subject.file_stem}.blend"))
-    return report.subject_lines(subject.title, figures, seconds, files)
+    rows = [
+        ("vertices, faces", f"{len(subject.obj.data.vertices):,}, {len(subject.obj.data.polygons):,}"),
+        ("seconds", ", ".join(f"{name} {value:.2f}" for name, value in seconds.items())),
+        ("files", ", ".join(files)),
+    ]
+    return report.block(subject.title, rows)
 
 
 @contextmanager

@@ -34,6 +34,16 @@ def edges(obj):
     return ends.reshape(-1, 2)
 
 
+def connected_part(inside, start, ends):
+    """(n,) bool: those of `inside` (n,) that the vertex `start` reaches along edges `ends` (e, 2) between them."""
+    ends = ends[inside[ends].all(axis=1)]
+    reached = np.zeros(len(inside), dtype=bool)
+    reached[start] = True
+    while len(border := ends[reached[ends].sum(axis=1) == 1]):
+        reached[border] = True
+    return reached
+
+
 def shade_smooth(obj):
     """Smooth shading on every face."""
     obj.data.polygons.foreach_set("use_smooth", np.ones(len(obj.data.polygons), dtype=bool))

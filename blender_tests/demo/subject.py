@@ -20,8 +20,7 @@ class View:
 class Subject:
     """A mesh object ready to be posed.
 
-    targets: (n, 3) positions in object space of which only the anchors' count; None when the object's active
-    shape key has them.
+    targets: (n, 3) positions in object space of which only the anchors' count.
     grab: (vertex, how far it is moved in the world (3,), Size) to take hold of the mesh by, in place of all these.
     companions: other objects on its rig.
     """

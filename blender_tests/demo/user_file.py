@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's own mesh: from a file to a Subject with its anchor groups, region and targets."""
+"""The user's own mesh: from a file to a Subject."""
 
 import math
 
@@ -8,14 +8,13 @@ import numpy as np
 from mathutils import Matrix
 from mathutils.kdtree import KDTree
 
-from . import motion, photograph, pose, scene_mesh, selection
+from . import motion, photograph, pose, scene_mesh
 from .arguments import UP_AXES
 from .errors import DemoError
 from .off_file import read_off
-from .subject import Subject, View
+from .subject import Subject
 
-ROI_GROUP = "demo region"
-#: Without anchors: how much of the figure, from below, are feet; of the size how far its surroundings
+#: How much of the figure, from below, are feet; of the size how far its surroundings
 #: follow, and where it bends; how it is lifted.
 FEET, LIMB, BEND, LIFT_DEG = 0.2, 0.3, 0.22, 55.0
 #: Of the size: what is no farther from what moves would go along.
@@ -36,26 +35,8 @@ def user_subject(options):
     """Loads options.file and makes what is to be posed of it. @throws DemoError."""
     obj = load(options)
     prepare(obj, options.up)
-    rest = pose.positions(obj)
-    view = View() if options.camera is None else View(*options.camera)
-    if not options.anchors:
-        title = f"{options.file.name}, what reaches out farthest is lifted"
-        return Subject(
-            title, options.file.stem, obj, view=view, grab=farthest_lifted(obj), companions=companions(obj)
-        )
-    for anchor in options.anchors:
-        make_group(obj, anchor, rest)
-    groups = tuple(anchor.name for anchor in options.anchors)
-    return Subject(
-        title=f"{options.file.name}, {len(groups)} anchor group{'s' if len(groups) > 1 else ''}",
-        file_stem=options.file.stem,
-        obj=obj,
-        handles=groups,
-        roi_group=roi_group(obj, options.roi, rest),
-        targets=targets(obj, options, rest),
-        view=view,
-        companions=companions(obj),
-    )
+    title = f"{options.file.name}, what reaches out farthest is lifted"
+    return Subject(title, options.file.stem, obj, grab=farthest_lifted(obj), companions=companions(obj))
 
 
 def farthest_lifted(obj):
@@ -69,9 +50,7 @@ def farthest_lifted(obj):
     points, place = np.unique(seen.round(6), axis=0, return_inverse=True)  # seams of the texture are joined
     place = place.reshape(-1)
     away = np.linalg.norm(points - seen[vertex], axis=1)
-    limb = selection.connected_part(
-        np.flatnonzero(away <= BEND * size), place[vertex], place[scene_mesh.edges(obj)], len(points)
-    )
+    limb = np.flatnonzero(scene_mesh.connected_part(away <= BEND * size, place[vertex], place[scene_mesh.edges(obj)]))
     root = points[limb[away[limb] >= 0.9 * away[limb].max()]].mean(axis=0)
     axis = np.cross(seen[vertex] - root, (0.0, 0.0, 1.0))
     target = motion.bent_chord(seen[vertex], root, axis / np.linalg.norm(axis), np.radians(LIFT_DEG))
@@ -177,64 +156,3 @@ def prepare(obj, up):
         obj.data.materials.clear()
         obj.data.materials.append(scene_mesh.plain_material("Clay", CLAY_COLOUR, 0.5))
         scene_mesh.shade_smooth(obj)
-
-
-def make_group(obj, anchor, rest):
-    """Makes sure the anchor's vertex group exists and has vertices. @throws DemoError listing the groups there are."""
-    if anchor.selection is not None:
-        if anchor.name in obj.vertex_groups:
-            raise DemoError(f"'{obj.name}' has a vertex group '{anchor.name}' already; give the selection another name")
-        scene_mesh.add_vertex_group(obj, anchor.name, selection.select(anchor.selection, rest, scene_mesh.edges(obj)))
-        return
-    require_group(obj, anchor.name)
-    if len(pose.group_indices(obj, anchor.name)) == 0:
-        raise DemoError(f"vertex group '{anchor.name}' has no vertices of weight above zero; assign some in Edit Mode")
-
-
-def require_group(obj, name):
-    """@throws DemoError listing the vertex groups there are."""
-    if name not in obj.vertex_groups:
-        raise DemoError(f"there is no vertex group '{name}'. {group_advice(obj, name)}")
-
-
-def group_advice(obj, name):
-    """A sentence on how to get anchors out of this object."""
-    names = ", ".join(f"'{group.name}'" for group in obj.vertex_groups)
-    if names:
-        return f"'{obj.name}' has the vertex groups {names}: choose one of these"
-    return (
-        f"'{obj.name}' has no vertex groups: make one by --anchor {name}=SELECTION or --hold {name}=SELECTION, "
-        f"where the selection is {selection.SYNTAX}"
-    )
-
-
-def roi_group(obj, roi, rest):
-    """Name of the region's vertex group, made if `roi` is a selection; "" for the whole mesh."""
-    if roi is None:
-        return ""
-    if roi not in obj.vertex_groups and selection.is_selection(roi):
-        chosen = selection.select(selection.parse_selection(roi), rest, scene_mesh.edges(obj))
-        return scene_mesh.add_vertex_group(obj, ROI_GROUP, chosen).name
-    require_group(obj, roi)
-    return roi
-
-
-def targets(obj, options, rest):
-    """(n, 3) positions of the anchors, or None where the active shape key has them already. @throws DemoError."""
-    key = obj.active_shape_key
-    keys = obj.data.shape_keys
-    is_posed = key is not None and key != keys.reference_key
-    start = pose.positions(obj, key) if is_posed else rest
-    result = start.copy()
-    for step in options.motions:
-        members = pose.group_indices(obj, step.group)
-        pivot = result[members].mean(axis=0) if step.centre is None else np.array(step.centre)
-        result[members] = motion.turned(result[members], step.axis, np.radians(step.angle_deg), pivot) + step.offset
-    anchors = pose.anchor_indices(obj, [anchor.name for anchor in options.anchors])
-    if np.array_equal(result[anchors], rest[anchors]):
-        where = f"the active shape key '{key.name}' has the anchors at rest" if is_posed else "no shape key poses them"
-        raise DemoError(
-            f"nothing is moved: {where}. Use --move [NAME] X Y Z or --rotate [NAME] AXIS DEGREES [X,Y,Z], "
-            "or a .blend whose active shape key has the anchors where they should go"
-        )
-    return None if is_posed and not options.motions else result
