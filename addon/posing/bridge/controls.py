@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ... import ids
+from ... import ids, wording
 from ...errors import SceneError
 from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
@@ -59,6 +59,18 @@ def why_it_is_missing(obj, handle):
             f"'{obj.name}' controls of its own"
         )
     return None
+
+
+def stillness(obj, handles):
+    """Why any of the handles stays where it is, whatever moves its control, in words, or None."""
+    rig = rig_space.armature(obj)  # evaluated for the mesh, wherever it is
+    still = [each.name for each in handles if each.control != rig and not views.is_evaluated(each.control)]
+    if not still or not views.is_evaluated(obj):
+        return None
+    return (
+        f"{wording.quoted(still)} {'stays' if len(still) == 1 else 'stay'} in place: Blender moves no control that is "
+        f"disabled or excluded. {views.ENABLE}"
+    )
 
 
 def none_to_move(obj):
@@ -179,7 +191,7 @@ def put_beside(obj, control):
 
 def _place_for_controls(collection):
     for each in (collection, *collection.children):
-        if ids.CONTROLS_MARK in each:
+        if ids.CONTROLS_MARK in each and each.library is None:
             return each
     made = bpy.data.collections.new(ids.CONTROLS_COLLECTION)
     made[ids.CONTROLS_MARK] = True
@@ -229,14 +241,9 @@ def remove_handle(obj, index):
 
 def select(handle):
     """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
-    found = problem(handle.id_data, handle)
+    found = problem(handle.id_data, handle) or stillness(handle.id_data, [handle])
     if found:
         raise SceneError(found)
-    if handle.control.name not in bpy.context.view_layer.objects:
-        raise SceneError(
-            f"The control of '{handle.name}' is in a collection that this view layer leaves out. Tick the collection "
-            "in the Outliner"
-        )
     selection.choose(handle.control)
     bone = control_places.bone_of(handle)
     if bone is not None:

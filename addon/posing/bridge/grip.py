@@ -246,7 +246,7 @@ def _require_control(obj, handle):
         raise SceneError(
             f"'{handle.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
         )
-    problem = controls.problem(obj, handle)
+    problem = controls.problem(obj, handle) or controls.stillness(obj, [handle])
     if problem is None and handle.control.library is not None:
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"
     if problem:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, views
+from ...scene import rig_space, shape_keys
 from ...scene.core import motion
 from ...scene.core.finite import require_finite
 from . import control_places, controls, orphans
@@ -43,19 +43,6 @@ def moved_handles(obj):
 def followed_handles(obj):
     """Those of them whose controls can be followed now."""
     return [handle for handle in moved_handles(obj) if controls.problem(obj, handle) is None]
-
-
-def stillness(obj):
-    """Why handles stay where they are, whatever moves their controls, in words, or None."""
-    rig = rig_space.armature(obj)  # evaluated for the mesh, wherever it is
-    moved = [handle for handle in moved_handles(obj) if handle.control != rig]
-    still = [handle.name for handle in moved if not views.is_evaluated(handle.control)]
-    if not still or not views.is_evaluated(obj):
-        return None
-    return (
-        f"{wording.quoted(still)} {'stays' if len(still) == 1 else 'stay'} in place: Blender moves no control that is "
-        f"disabled or excluded. {views.ENABLE}"
-    )
 
 
 def problem(obj):

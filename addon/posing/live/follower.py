@@ -11,7 +11,7 @@ from ...scene import actions, mesh_arrays, rig_space, shape_keys, views
 from ...scene.core import motion
 from ...solver import session
 from ...solver.core import result
-from ..bridge import bound_record, scene_input, targets
+from ..bridge import bound_record, controls, scene_input, targets
 from .early_poses import EarlyPoses
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
@@ -56,7 +56,7 @@ class Follower(Following):
 
     @staticmethod
     def why_hidden(obj):
-        return shape_keys.why_result_is_hidden(obj) or targets.stillness(obj)
+        return shape_keys.why_result_is_hidden(obj) or controls.stillness(obj, targets.moved_handles(obj))
 
     @staticmethod
     def is_animated(obj):
