@@ -49,13 +49,6 @@ def spread(obj, numbers, weights):
     return result
 
 
-def full_members(obj, name):
-    """Indices of the vertices with the group's largest weight: without those that subdividing made between them and
-    others."""
-    found = weights(obj, [name]).get(name, np.zeros(1))
-    return np.flatnonzero((found > 0.0) & (found > found.max(initial=0.0) - 1e-6)).astype(np.int32)
-
-
 def require(obj, name, role, remedy):
     """@throws SceneError if the object has no vertex group `name`."""
     if name not in obj.vertex_groups:

@@ -214,7 +214,7 @@ def test_a_pin_where_the_mesh_is_posed_holds_it_there():
     assert lift(obj)[MIDDLE + 5] == pytest.approx(before, abs=1e-3)
 
 
-@pytest.mark.parametrize("vertex, text", [(MIDDLE, "'Pin' is pinned here"), (COLUMNS**2, "no face at this vertex")])
+@pytest.mark.parametrize("vertex, text", [(MIDDLE, "Pin' is pinned here"), (COLUMNS**2, "no face at this vertex")])
 def test_pins_and_loose_vertices_are_not_dragged(vertex, text):
     obj = sheet()
     obj.data.vertices.add(1)

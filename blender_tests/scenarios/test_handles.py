@@ -43,7 +43,7 @@ def test_a_pin_of_selected_vertices_with_a_control_active():
     steps.select_in_edit_mode(obj, [64, 65])
     assert bpy.ops.meanvalue.add_handle(pin=True) == {'FINISHED'}
     handle = obj.meanvalue.handles[-1]
-    assert (handle.name, handle.follows, handle.control) == ("Pin", 'REST', None)
+    assert (handle.name, handle.follows, handle.control) == ("Left Pin", 'REST', None)
     meshes.activate(control)
     update()
     move(control, (2.0, 0.0, 0.0))

@@ -135,3 +135,14 @@ def test_of_two_handles_on_one_group_the_one_whose_control_was_deleted_goes():
     assert [handle.name for handle in obj.meanvalue.handles] == ["Bottom", "Top", "Ring"]
     assert obj.meanvalue.handles["Top"].control == control and control.animation_data.action.name in bpy.data.actions
     assert "Top" in obj.vertex_groups
+
+
+def test_names_tell_where_handles_are(tube):
+    for place, name in ((1.0, "Left Handle"), (-1.0, "Right Handle"), (0.0, "Handle")):
+        vertex = min(RING, key=lambda number: abs(tube.data.vertices[number].co.x - place))
+        bpy.ops.meanvalue.grab(vertex=vertex, size=0.01)
+        assert tube.meanvalue.handles[-1].name == name
+        meshes.activate(tube)
+    steps.add_group(tube, "Spine", range(40, 100))
+    make(tube, "", range(80, 88), pin=True)
+    assert tube.meanvalue.handles[-1].name == "Spine Pin"

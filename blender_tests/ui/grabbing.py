@@ -178,7 +178,7 @@ def shift_click_pins(ui):
     assert [handle.follows for handle in grab.handles()] == ['REST'], ui.reports()
     start = ui.project(grab.front(x=-0.3))
     yield from grab.drag(ui, start, -100, 40)
-    members = steps.held(grab.ball(), "Pin")
+    members = steps.held(grab.ball(), grab.handles()[0].name)
     assert np.abs(grab.seen() - rest)[members].max() == 0.0
     yield from ui.screenshot("grab_6_pin")
     yield from ui.drag_mouse(pinned, (pinned[0] + 50, pinned[1]))

@@ -127,7 +127,7 @@ def attach_where_they_are(obj, handles, moves=None):
 
 def shown_move(obj, handle):
     """4 x 4: how the handle is moved from the rest shape where it is seen, in the key's space, whatever moves it."""
-    vertices = members.full(obj, handle)
+    (vertices,) = members.of(obj, [handle])
     shown = shape_keys.posed_positions(obj)
     if len(vertices) == 0 or shown is None:
         return motion.IDENTITY

@@ -5,7 +5,6 @@ import bpy
 import numpy as np
 from mathutils import Quaternion, Vector
 
-from ... import ids
 from ...errors import SceneError
 from ...live import engine, roll
 from ...scene import declarations, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
@@ -62,7 +61,7 @@ class Grip:
             vertices = new_handles.near_vertices(obj, vertex, size)
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
             self.has_size = bool(obj.meanvalue.roi_group) or is_first
-            handle = new_handles.add_handle(obj, vertices, new_name=ids.HANDLE_NAME)
+            handle = new_handles.add_handle(obj, vertices)
             new_handles.make_handle(obj, handle, vertices)
             self._size_before = 0.0
         else:

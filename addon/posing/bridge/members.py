@@ -44,11 +44,6 @@ def with_groups(obj, handles, groups):
     return found
 
 
-def full(obj, handle):
-    """Those of one handle, without what subdividing made between vertices of its group and others."""
-    return of(obj, [handle])[0] if handle.mark else vertex_groups.full_members(obj, handle.name)
-
-
 def has(obj, handle, vertex):
     """Whether the handle has one vertex."""
     if not handle.mark:

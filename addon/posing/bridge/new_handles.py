@@ -6,13 +6,13 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, shape_keys, views
-from . import controls, members, region, targets
+from . import controls, members, pose_names, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
 
 
-def add_handle(obj, vertices, *, group="", new_name=""):
-    """A new handle, the active one: of the vertex group `group`, or of `vertices`."""
+def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
+    """A new handle, the active one: of the vertex group `group`, or of `vertices`, called `name` or by where it is."""
     settings = obj.meanvalue
     if not group:
         controls.remove_deleted(obj)
@@ -20,7 +20,7 @@ def add_handle(obj, vertices, *, group="", new_name=""):
     if group:
         handle.name = group
     else:
-        members.make(obj, handle, new_name, vertices)
+        members.make(obj, handle, name or pose_names.named(obj, vertices, kind), vertices)
     settings.active_handle = len(settings.handles) - 1
     return handle
 
@@ -79,7 +79,7 @@ def toggle_pin(obj, vertex, size, name=""):
     is_posed = np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj)
     if is_posed:
         rig_space.measure(obj)  # throws before anything is changed
-    handle = add_handle(obj, vertices, new_name=ids.PIN_NAME)
+    handle = add_handle(obj, vertices, kind=ids.PIN_NAME)
     if is_posed:
         make_handle(obj, handle, vertices, PIN_COLOR)
         handle.is_pin = True

@@ -97,8 +97,8 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         selection.leave_edit_mode(obj)
         if not self.pin:
             rig_space.measure(obj)  # throws before anything is changed
-        new_name = self.name or (ids.PIN_NAME if self.pin else ids.HANDLE_NAME)
-        handle = new_handles.add_handle(obj, members, group=name, new_name=new_name)
+        kind = ids.PIN_NAME if self.pin else ids.HANDLE_NAME
+        handle = new_handles.add_handle(obj, members, group=name, name=self.name, kind=kind)
         count = wording.vertices(len(np.unique(members)))
         if self.pin:
             new_handles.make_pin(handle)
