@@ -151,15 +151,20 @@ def test_a_beam_that_goes_through_another_touches_it_wherever_its_corners_are():
 def test_a_limb_ends_at_the_body_and_a_ball_has_none(scale):
     body = [(0.1 + 0.9 * np.sin(turn), 2.0 + 0.9 * (1.0 - np.cos(turn))) for turn in np.linspace(0.0, np.pi, 40)]
     arm = [(0.1 * min(1.0, height / 0.1 + 0.05), height) for height in np.linspace(0.0, 2.0, 60)[:-1]]
-    points, ways = surface_ways(*[(found * scale, faces) for found, faces in [lathe(arm + body, 24)]])
+    places, faces = lathe(arm + body, 24)
+    points, ways = surface_ways((places * scale, faces))
     for height in (0.0, 0.5):
         pressed = int(np.abs(points[:, 2] / scale - height).argmin())
-        assert ways.limb(pressed, 4.0 * scale) == pytest.approx((2.0 - height) * scale, rel=0.2)
-    assert ways.limb(len(points) - 1, 4.0 * scale) == 0.0
+        assert ways.limb(pressed, 0.0, 4.0 * scale) == pytest.approx((2.0 - height) * scale, rel=0.2)
+    sleeve = [(0.16 * scale, height * scale) for height in np.linspace(0.8, 1.8, 20)]
+    _, dressed = surface_ways((points, faces), lathe(sleeve), gap=0.07 * scale)
+    assert dressed.limb(0, 0.0, 4.0 * scale) == pytest.approx(2.0 * scale, rel=0.2), "a hem is no body"
+    assert ways.limb(len(points) - 1, 0.0, 4.0 * scale) == 0.0
+    assert ways.limb(0, 2.5 * scale, 4.0 * scale) == 0.0, "no limb is so long"
     _, ways = surface_ways(lathe([(np.sin(turn), -np.cos(turn)) for turn in np.linspace(0.05, 3.09, 40)], 24))
-    assert all(ways.limb(vertex, 3.0) == 0.0 for vertex in (0, 300, 500))
+    assert all(ways.limb(vertex, 0.0, 3.0) == 0.0 for vertex in (0, 300, 500))
     edges, flat = square_grid(21)
-    assert meanvalue.SurfaceWays(flat, edges, NO_FACES).limb(220, 20.0) == 0.0
+    assert meanvalue.SurfaceWays(flat, edges, NO_FACES).limb(220, 0.0, 20.0) == 0.0
 
 
 def test_ways_over_damaged_meshes_are_refused_or_end():
@@ -167,7 +172,7 @@ def test_ways_over_damaged_meshes_are_refused_or_end():
     broken = points.copy()
     broken[40] = np.nan, np.inf, 0.0
     _, ways = surface_ways((broken, faces), (points, faces), gap=0.02)
-    assert np.isfinite(ways.distances([0], 0.5)).sum() > 50 and np.isfinite(ways.limb(0, 3.0))
+    assert np.isfinite(ways.distances([0], 0.5)).sum() > 50 and np.isfinite(ways.limb(0, 0.0, 3.0))
     for edges, triangles, seeds in ([[(0, 976)], faces, [0]], [[(0, 1)], faces + 1, [0]], [[(0, 1)], faces, [-1]]):
         with pytest.raises(meanvalue.InvalidInput, match="vertices"):
             meanvalue.SurfaceWays(points, edges, triangles).distances(seeds, 1.0)

@@ -73,9 +73,10 @@ void bind_surface(py::module_& module) {
              "that are completely within it, 0 from the limit on, or from two and a half edges on where that is "
              "more.\n"
              "Raises InvalidInput.")
-        .def("limb", &SurfaceWays::limb, py::arg("vertex"), py::arg("limit"),
+        .def("limb", &SurfaceWays::limb, py::arg("vertex"), py::arg("least"), py::arg("limit"),
              py::call_guard<py::gil_scoped_release>(),
-             "How far the limb goes that the vertex is on, up to the body, at most `limit`; 0 where it is on none.\n"
+             "How far the limb goes that the vertex is on, up to the body, at least `least` and at most `limit`; 0\n"
+             "where it is on none.\n"
              "Raises InvalidInput.")
         .def_property_readonly(
             "parts", [](const py::object& self) { return view_of(self.cast<const SurfaceWays&>().parts(), self); },

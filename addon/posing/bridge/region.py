@@ -93,9 +93,9 @@ class Surface:
         """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do."""
         return self._of_mesh(self._ways.falloff(self._seeds, limit, free))
 
-    def limb(self, limit):
-        """How far the limb goes that the first seed is on, up to the body; 0 where there is none within `limit`."""
-        return self._ways.limb(int(self._seeds[0]), limit)
+    def limb(self, least, limit):
+        """How far the limb goes that the first seed is on, up to the body; 0 where there is none of such a length."""
+        return self._ways.limb(int(self._seeds[0]), least, limit)
 
     def _of_mesh(self, values):
         """Values of the merged vertices, given to all copies of each."""
@@ -150,10 +150,11 @@ def shown_size(obj):
     return float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
 
 
-def suggested_size(obj, vertex):
-    """The Size of the limb that has the vertex, up to the body; None where it is on none."""
+def suggested_size(obj, vertex, least=0.0):
+    """The Size of the limb of a length of at least `least` that has the vertex, up to the body; None where it is on
+    none."""
     whole = radius(obj, 1.0)
-    return Surface(obj, [vertex]).limb(LONGEST_LIMB * whole) / whole or None
+    return Surface(obj, [vertex]).limb(least, LONGEST_LIMB * whole) / whole or None
 
 
 def around(obj, *handles):

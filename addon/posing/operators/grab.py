@@ -192,7 +192,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     def _fit(self, context, obj):
         """Takes the Size that the shape suggests, once, and not after the artist has turned the wheel."""
         if self._is_to_fit:
-            self.size = tool_choice.size_at(context, obj, self.vertex)
+            self.size = tool_choice.size_at(context, obj, self._pressed)
             self._is_to_fit = False
 
     def _handle(self, obj):

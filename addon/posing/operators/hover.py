@@ -80,7 +80,7 @@ def _find(context, mouse):
         pressed = under_mouse.press(obj, *view, mouse) if is_small(context, obj) else None
         if pressed is None or new_handles.handle_at(obj, pressed.vertex) is not None:
             return None
-        size = tool_choice.size_at(context, obj, pressed.vertex)
+        size = tool_choice.size_at(context, obj, pressed)
         freedom = region.around_vertex(obj, pressed.vertex, size).astype(np.float32)
     except MeanValueError:
         return None  # a press says why

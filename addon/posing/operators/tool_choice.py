@@ -3,12 +3,17 @@
 
 import bpy
 
+from ...widgets import under_mouse
 from ..bridge import region
+from . import drag_circle
 
 TOOL = "meanvalue.grab"
 
 #: Of Size, a share of the mesh's size, where the shape suggests nothing and the artist has not changed it.
 FIRST_SIZE = 0.2
+
+#: A limb that is shorter on the screen, at interface scale 1, is not suggested, but the one that it is on.
+LEAST_PIXELS = 40.0
 
 
 def _tool(context):
@@ -31,9 +36,13 @@ def fits(context):
     return is_active(context) and abs(settings(context).size - FIRST_SIZE) < 1e-6
 
 
-def size_at(context, obj, vertex):
-    """The Size that a press on the vertex begins with."""
-    return (region.suggested_size(obj, vertex) or FIRST_SIZE) if fits(context) else settings(context).size
+def size_at(context, obj, pressed):
+    """The Size that a press begins with. From afar fingers are too small to be meant."""
+    if not fits(context):
+        return settings(context).size
+    shown = drag_circle.pixels(*under_mouse.view_of(context), pressed.place, 1.0)
+    scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
+    return region.suggested_size(obj, pressed.vertex, LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
 
 
 def choose(context):

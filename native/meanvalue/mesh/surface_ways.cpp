@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <queue>
 #include <tuple>
 
@@ -208,16 +209,17 @@ void SurfaceWays::require_vertices(const std::vector<Index>& seeds) const {
     }
 }
 
-double SurfaceWays::limb(Index vertex, double limit) const {
+double SurfaceWays::limb(Index vertex, double least, double limit) const {
     for (double within = limit / 8.0; within <= limit; within *= 2.0) {
-        const double found = limb_within(vertex, reach({vertex}, within), within);
+        const double found = limb_within(vertex, reach({vertex}, within), least, within);
         if (found > 0.0) return found;
     }
     return 0.0;
 }
 
-double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distances, double limit) const {
-    double first = kFirstLevel * limit;
+double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distances, double least,
+                                double limit) const {
+    double first = std::max(least, kFirstLevel * limit);
     for (std::size_t k = first_neighbour_[vertex]; k < first_neighbour_[vertex + 1]; ++k) {
         first = std::max(first, kFirstEdges * (positions_.row(neighbours_[k]) - positions_.row(vertex)).norm());
     }
@@ -230,7 +232,7 @@ double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distanc
         for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
             const double far = distances[neighbours_[k]];
             auto level = std::lower_bound(levels.begin(), levels.end(), distances[v]);
-            for (; far < kInfinite && level != levels.end() && *level < far; ++level) {
+            for (; level != levels.end() && *level < far; ++level) {
                 crossed[level - levels.begin()].emplace_back(v, neighbours_[k]);
             }
         }
@@ -249,7 +251,8 @@ double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distanc
 }
 
 /// Of the connected lines where distances are `level`: the most that one is wide, in the root of the mean square from
-/// its middle. @param place n, -1 before and after.
+/// its middle, in the piece where this is least: the hem of wide trousers is no body. @param place n, -1 before and
+/// after.
 double SurfaceWays::widest_ring(const std::vector<std::pair<Index, Index>>& crossed,
                                 const std::vector<double>& distances, double level, std::vector<Index>& place) const {
     std::vector<Index> ends;
@@ -269,22 +272,26 @@ double SurfaceWays::widest_ring(const std::vector<std::pair<Index, Index>>& cros
     std::vector<Vector3> sums(ends.size(), Vector3::Zero());
     std::vector<double> squares(ends.size(), 0.0), counts(ends.size(), 0.0);
     for (const auto& [near, far] : crossed) {
+        // An end beyond the limit has no distance: 0, at the near one.
         const double share = (level - distances[near]) / (distances[far] - distances[near]);
         const Vector3 at = positions_.row(near) + share * (positions_.row(far) - positions_.row(near));
+        if (!at.allFinite()) continue;
         const Index line = lines.root(place[near]);
         sums[line] += at;
         squares[line] += at.squaredNorm();
         ++counts[line];
     }
-    double widest = 0.0;
+    std::map<Index, double> widest;  // of each piece
     for (std::size_t line = 0; line < ends.size(); ++line) {
         if (counts[line] == 0.0) continue;
         const double square = squares[line] / counts[line] - (sums[line] / counts[line]).squaredNorm();
-        widest = std::max(widest, std::sqrt(std::max(square, 0.0)));
+        double& of_piece = widest[part_of_[ends[line]]];
+        of_piece = std::max(of_piece, std::sqrt(std::max(square, 0.0)));
     }
     for (const Index v : ends)
         place[v] = -1;
-    return widest;
+    const auto is_less = [](const auto& one, const auto& other) { return one.second < other.second; };
+    return widest.empty() ? 0.0 : std::min_element(widest.begin(), widest.end(), is_less)->second;
 }
 
 }  // namespace meanvalue

@@ -36,11 +36,12 @@ class SurfaceWays {
     /// InvalidInput.
     std::vector<double> falloff(const std::vector<Index>& seeds, double limit, double free) const;
 
-    /// How far the limb goes whose end or side the vertex is on, at most `limit`; 0 where it is on none.
+    /// How far the limb goes whose end or side the vertex is on, at least `least`, which passes over fingers, and at
+    /// most `limit`; 0 where it is on none.
     ///
     /// Lines of equal distance cross a limb as rings of about one size, and are wide where it meets the body. A limb
     /// is several times as long as the widest ring, and ends where rings have become so wide that this is lost.
-    double limb(Index vertex, double limit) const;
+    double limb(Index vertex, double least, double limit) const;
 
     /// n: the lowest vertex of the connected piece of each.
     const std::vector<Index>& parts() const { return part_of_; }
@@ -56,7 +57,7 @@ class SurfaceWays {
     std::vector<double> reach(const std::vector<Index>& seeds, double limit) const;
     void find_steps(const Edges& edges, const TrianglesView& triangles, double gap, int threads,
                     const Execution& execution);
-    double limb_within(Index vertex, const std::vector<double>& distances, double limit) const;
+    double limb_within(Index vertex, const std::vector<double>& distances, double least, double limit) const;
     double widest_ring(const std::vector<std::pair<Index, Index>>& crossed, const std::vector<double>& distances,
                        double level, std::vector<Index>& place) const;
 
