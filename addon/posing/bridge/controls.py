@@ -52,7 +52,7 @@ def why_it_is_missing(obj, handle):
             f"The control of handle '{handle.name}' was deleted, or is in no collection. Press Update, choose another "
             "one for it, or remove the handle"
         )
-    owner = owner_of(control)
+    owner = obj if control.parent == obj else owner_of(control)
     if owner not in {None, obj}:
         return (
             f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to give "
@@ -98,6 +98,8 @@ def remove_deleted(obj):
 
 def _is_in_a_collection(control):
     """As `control.users_collection`, which goes through all objects of the file."""
+    if control.visible_get():
+        return True
     return bpy.context.view_layer.objects.get(control.name) == control or bool(control.users_collection)
 
 
