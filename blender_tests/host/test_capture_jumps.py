@@ -74,14 +74,14 @@ def test_a_swap_that_is_undone_is_found_twice():
     assert [(f.kind, f.sample) for f in findings] == [("swap", 100), ("swap", 150)]
 
 
-def test_spikes_and_jumps():
+def test_jumps_away_and_back():
     walk = walking_figure.take(300, noise=0.0005)
     path = walk.positions.copy()
     path[120:123, 7] += [0.1, 0.0, 0.05]
     path[200:, 20] += [0.0, 0.06, 0.0]
-    spike, jump = find_jumps(path, 100.0, walk.labels)
-    assert (spike.kind, spike.marker, spike.sample) == ("spike", 7, 120)
-    assert walk.labels[7] in spike.words and "123" in spike.words
+    away, back, jump = find_jumps(path, 100.0, walk.labels)
+    assert [(found.kind, found.marker, found.sample) for found in (away, back)] == [("jump", 7, 120), ("jump", 7, 123)]
+    assert walk.labels[7] in away.words and "delete" in away.words
     assert (jump.kind, jump.marker, jump.sample, jump.other) == ("jump", 20, 200, None)
 
 

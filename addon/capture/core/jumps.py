@@ -16,8 +16,8 @@ FREE, USUAL, NEARBY = 0.008, 4.0, 20
 SHORT = 4
 #: Speeds are medians of so many steps, distances of so many samples.
 WINDOW = 3
-#: Seconds between the reappearances of two markers that may have been swapped meanwhile, and until a spike is over.
-TOGETHER, SPIKE = 0.5, 0.25
+#: Seconds between the reappearances of two markers that may have been swapped meanwhile.
+TOGETHER = 0.5
 #: The distances of a marker to PARTNERS neighbors are compared before and after a gap. AGREEING of them must differ by
 #: more than they usually change within LAG samples.
 PARTNERS, AGREEING, LAG = 5, 3, 10
@@ -25,7 +25,7 @@ PARTNERS, AGREEING, LAG = 5, 3, 10
 
 @dataclass(frozen=True)
 class Finding:
-    """Something to look at: `kind` is "jump", "spike" or "swap"; `sample` is the first wrong one, counted from 0."""
+    """Something to look at: `kind` is "jump" or "swap"; `sample` is the first wrong one, counted from 0."""
 
     kind: str
     marker: int
@@ -48,7 +48,7 @@ class _Break:
 
 
 def find_jumps(positions, rate_hz, labels=None, are_joints=False):
-    """List of `Finding`, by sample: markers that jump, jump away and come back (spikes), or are swapped with another.
+    """List of `Finding`, by sample: markers that jump, away or back, or are swapped with another.
 
     A path breaks where a step differs from the mean of the speeds (medians of WINDOW steps) before and after it by far
     more than its steps usually do, and by more than half of what the speeds themselves differ by: noise, fast motion
@@ -67,7 +67,7 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     for marker in range(positions.shape[1]):
         breaks += _breaks(positions, marker, size)
     findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate_hz * TOGETHER, names)
-    findings += _single(rest, rate_hz * SPIKE, names, are_joints)
+    findings += [_jump(one, names, are_joints) for one in rest]
     return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
 
 
@@ -174,27 +174,12 @@ def _expected_at(one, sample):
     return one.expected + (sample - one.first) * one.before
 
 
-def _single(breaks, window, names, are_joints):
-    """Findings of breaks that are no swaps; one that is undone soon is a spike."""
-    findings, number = [], 0
-    while number < len(breaks):
-        one = breaks[number]
-        distance = float(np.linalg.norm(one.place - one.expected))
-        following = breaks[number + 1] if number + 1 < len(breaks) else None
-        is_undone = (
-            following is not None
-            and following.marker == one.marker
-            and following.first - one.first <= window
-            and np.linalg.norm(_expected_at(one, following.first) - following.place) < 0.4 * distance
-        )
-        number += 2 if is_undone else 1
-        kind = "spike" if is_undone else "jump"
-        if is_undone:
-            rest = f" and is back at sample {following.first}: delete the samples between, which will be filled."
-        elif are_joints:
-            rest = ": the skeleton's motion is broken there; leave these frames out or mend its curves."
-        else:
-            rest = ": another point may go by its name from there on; rename it or delete its samples."
-        words = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}{rest}"
-        findings.append(Finding(kind, one.marker, one.first, words))
-    return findings
+def _jump(one, names, are_joints):
+    """The Finding of a break that is no swap."""
+    distance = float(np.linalg.norm(one.place - one.expected))
+    if are_joints:
+        rest = "the skeleton's motion is broken there; leave these frames out or mend its curves."
+    else:
+        rest = "another point may go by its name from there on; rename it, or delete the samples until it is back."
+    words = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}: {rest}"
+    return Finding("jump", one.marker, one.first, words)
