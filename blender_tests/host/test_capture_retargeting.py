@@ -44,7 +44,7 @@ def feet_of(names=NAMES):
 
 def largest_slide(result, capture, names=NAMES, height=HEIGHT, rate=100.0):
     feet = feet_of(names)
-    stands = find_stances(capture[:, feet], rate, height, (0.05, 0.09))
+    stands = find_stances(capture[:, feet], rate, height, 0.09)
     assert stands.any()
     return largest_travel(result[:, feet], stands)
 

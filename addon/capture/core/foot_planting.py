@@ -13,9 +13,9 @@ from .gaps import distance_variation, hermite
 
 #: Shares of the body's height: how low markers of feet are, and how much their distances vary.
 LOWEST, RIGID = 0.08, 0.01
-#: Body heights a second, and body heights above the ground: below the first of each a stance begins, above the second
-#: it is over. Feet also roll over heel or toes: then they stand on some of their markers.
-SLOW, LOW = (0.06, 0.14), (0.03, 0.05)
+#: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or
+#: toes: then they stand on some of their markers.
+SLOW, LOW = 0.14, 0.05
 SHORTEST = 0.06  # seconds
 SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
 
@@ -25,8 +25,8 @@ def planted(shape, root, markers, reference, character, landmarks, rate):
 
     The root goes the captured way, scaled by the height of the root over the ground in character and reference. What
     each foot then still slides is taken away while it stands: it moves and rises as the captured one does, scaled as
-    the path. Between two stances its correction is a cubic with the speeds of both. The mean of both feet's corrections
-    moves the whole body, and the rest each foot.
+    the path. Between two stances its correction is a cubic. The mean of both feet's corrections moves the whole body,
+    and the rest each foot.
 
     shape  (f, m, 3) about the mean of `root` (indices); markers  (f, m, 3) the capture, without NaN; reference,
     character  (m, 3); landmarks  m names or None.
@@ -75,36 +75,24 @@ def find_feet(reference, markers, landmarks):
 def find_stances(positions, rate_hz, height, slow=SLOW):
     """(f, k) bool: where each marker of a foot stands still on the ground.
 
-    A stance begins where the marker is both low and slow and lasts, forward and backward, while it is not much higher
-    or faster. "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that
-    frame: so floors need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
+    It is low and slow then, and for long enough. "Low" is above the level that it has for a fiftieth of the time, or
+    above the lowest marker in that frame: so floors need not be known, and feet stand on stairs, where each is the
+    lower one for part of its stance.
 
     positions  (f, k, 3) meters, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
-    frames a second; height  of the body, meters; slow  two speeds as SLOW.
+    frames a second; height  of the body, meters; slow  a speed as SLOW.
     """
     smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
     speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]
     lowest = np.fmin.reduce(smooth[..., 2], axis=1)
     result = np.zeros(positions.shape[:2], bool)
-    for marker in range(positions.shape[1]):
-        known = ~np.isnan(speed[:, marker])
-        if not known.any():
-            continue
+    for marker in np.flatnonzero(~np.isnan(speed).all(axis=0)):
         heights = smooth[:, marker, 2]
-        ground = np.fmax(np.quantile(heights[known], 0.02), lowest)
-        surely = known & (speed[:, marker] < slow[0] * height) & (heights - ground < LOW[0] * height)
-        for begin, end in _stretches(speed[:, marker] < slow[1] * height, surely):
-            level = np.median(heights[begin:end][surely[begin:end]])
-            maybe = np.zeros(len(known), bool)
-            maybe[begin:end] = heights[begin:end] - level < (LOW[1] - LOW[0]) * height
-            for first, last in _stretches(maybe, surely):
-                result[first:last, marker] = last - first >= SHORTEST * rate_hz
+        ground = np.fmax(np.nanquantile(heights, 0.02), lowest)
+        is_near = (speed[:, marker] < slow * height) & (heights - ground < LOW * height)
+        for begin, end in runs(is_near):
+            result[begin:end, marker] = end - begin >= SHORTEST * rate_hz
     return result
-
-
-def _stretches(flags, surely):
-    """Begin and end of the runs of flags (f,) in which something of surely (f,) is."""
-    return [(begin, end) for begin, end in runs(flags) if surely[begin:end].any()]
 
 
 def _correction(placed, goals, stands):
@@ -123,18 +111,11 @@ def _correction(placed, goals, stands):
 
 
 def _bridged(values, stances):
-    """`values` (f, 3) kept in the stances, and between them cubics with the same places and speeds; flat outside."""
+    """`values` (f, 3) kept in the stances, and between them cubics that begin and end level; flat outside."""
     result = values.copy()
     result[: stances[0][0]] = values[stances[0][0]]
     result[stances[-1][1] :] = values[stances[-1][1] - 1]
     for before, after in itertools.pairwise(stances):
         begin, end = before[1], after[0]
-        leaves = _speed(values[max(before[0], begin - 5) : begin])
-        lands = _speed(values[end : min(after[1], end + 5)])
-        result[begin:end] = hermite(values[begin - 1], values[end], leaves, lands, end - begin)
+        result[begin:end] = hermite(values[begin - 1], values[end], 0.0, 0.0, end - begin)
     return result
-
-
-def _speed(values):
-    """(3,): mean change from row to row."""
-    return (values[-1] - values[0]) / max(len(values) - 1, 1)

@@ -8,8 +8,6 @@ from ...scene.core.sample_times import runs
 
 MEASURED, SPLINE, RIGID, MISSING = 0, 1, 2, 3
 
-#: Samples at the first and last frame that a spline may be carried on by: it knows only one side there.
-MOST_BEYOND = 3
 #: Good samples beside a gap that its slope is read from.
 SLOPE_SAMPLES = 5
 #: Neighbors that carry a marker through a gap.
@@ -33,8 +31,7 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
 
     positions  (f, m, 3), NaN where a sample is missing. Measured samples keep their bits.
     longest_spline  in samples: gaps up to that long are cubics, with place and slope of the good samples on both sides
-        (the slope of a parabola fitted to the nearest five). At the take's first and last frames, where one side is
-        unknown, a straight line goes on for at most MOST_BEYOND samples.
+        (the slope of a parabola fitted to the nearest five). None at the take's ends, where one side is unknown.
     longest_rigid  in samples: longer gaps, up to that, move rigidly with those neighbours whose distances to the
         marker vary least, as far as they are seen (or filled by a spline); what differs at the far end is faded in, so
         that the path is continuous with what was measured. Also short ones at the take's ends.
@@ -79,23 +76,16 @@ def distance_variation(positions):
 
 
 def _fill_by_spline(path, filled, begin, end):
-    """True if samples `begin` to `end` - 1 of a path (f, 3) were filled: by a cubic between its ends, or by a few
-    samples of a line beyond the take's."""
-    length, is_inside = end - begin, begin > 0 and end < len(path)
-    if length == len(path) or (not is_inside and length > MOST_BEYOND):
+    """True if samples `begin` to `end` - 1 of a path (f, 3) were filled, by a cubic between its ends."""
+    if begin == 0 or end == len(path):
         return False
     before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
-    if is_inside:
-        filled[begin:end] = hermite(path[begin - 1], path[end], -before, after, length)
-    elif begin > 0:
-        filled[begin:end] = path[begin - 1] - before * np.arange(1, length + 1)[:, None]
-    else:
-        filled[begin:end] = path[end] - after * np.arange(length, 0, -1)[:, None]
+    filled[begin:end] = hermite(path[begin - 1], path[end], -before, after, end - begin)
     return True
 
 
 def hermite(first, last, slope, end_slope, count):
-    """(count, 3): samples between two (3,) on the cubic with these slopes at them (3,), per sample."""
+    """(count, 3): samples between two (3,) on the cubic with these slopes at them, (3,) or 0, per sample."""
     span = count + 1
     t = (np.arange(1, span) / span)[:, None]
     bends = (t**3 - 2 * t**2 + t) * span * slope + (t**3 - t**2) * span * end_slope
@@ -135,10 +125,8 @@ def _carried(positions, usable, marker, begin, end, variation):
     neighbours = candidates[np.argsort(variation[candidates], kind="stable")[:MOST_NEIGHBOURS]]
     if len(neighbours) < 3:
         return None
-    moving, everything = positions[begin:end], np.flatnonzero(seen)
     at_ends = positions[ends][:, None]  # (ends, 1, m, 3)
-    turns = fit_rotations(at_ends[:, :, everything], moving[:, everything])
-    moving, around = moving[:, neighbours], at_ends[:, :, neighbours]
+    moving, around, turns = positions[begin:end, neighbours], at_ends[:, :, neighbours], None
     for power in POWERS:
         weights = (variation[neighbours] + NOISE) ** -float(power)
         turns = fit_rotations(around, moving, weights, turns, PRIOR)

@@ -103,8 +103,8 @@ def _solved(graph, turns, markers, reference, character):
     lengths = np.linalg.norm(of_character, axis=1)
     some = markers[:: max(1, len(markers) // 1000)]
     varies = np.linalg.norm(some[:, second] - some[:, first], axis=2).std(axis=0) / rest_lengths
-    # Relative errors count, but the shortest edges, where all is noise, not without bound.
-    weights = 1.0 / np.maximum(lengths, 0.3 * np.median(lengths) + 1e-12) ** 2 / (1.0 + (varies / BENDING) ** 2)
+    # Relative errors count.
+    weights = 1.0 / np.maximum(lengths, least) ** 2 / (1.0 + (varies / BENDING) ** 2)
     incidence = np.zeros((len(first), len(reference)))
     rows = np.arange(len(first))
     incidence[rows, second], incidence[rows, first] = 1.0, -1.0
