@@ -65,6 +65,20 @@ def curves_to_write(id_block, action):
     return strip.channelbag(animation.action_slot, ensure=True).fcurves
 
 
+def is_shared(animation):
+    """Whether keyframes in the action of `animation` move others too: from 4.4 on each has a slot of its own in it."""
+    action = animation.action
+    if not hasattr(action, "slots"):
+        return action.users - int(action.use_fake_user) > 1
+    return animation.action_slot is not None and len(animation.action_slot.users()) > 1
+
+
+def has_slots_of_others(animation):
+    """Whether the action of `animation` has keyframes of others, in slots of their own (4.4 and later)."""
+    slots = getattr(animation.action, "slots", ())
+    return any(slot != animation.action_slot and slot.users() for slot in slots)
+
+
 def curves_to_read(id_block):
     """The F-curves that move `id_block`; none if it is not animated."""
     return curves_played(id_block.animation_data) if id_block.animation_data else ()

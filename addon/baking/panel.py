@@ -31,14 +31,12 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
             if not settings.path:
                 layout.label(text=preparing.default_path(obj))
         else:
-            layout.prop(settings, "prefix")
             layout.prop(settings, "tolerance_share")
         column = layout.column(align=True)
         column.prop(settings, "frame_range")
         if settings.frame_range == 'OWN':
             column.prop(settings, "frame_start")
             column.prop(settings, "frame_end")
-        column.prop(settings, "step")
         column.prop(settings, "samples")
         _draw_size(layout, context, obj, settings)
         bake = layout.column()

@@ -51,7 +51,7 @@ OPTIONS = {
     "path": StringProperty(
         name="File",
         description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
-        "the name of the object",
+        "the names of both",
         subtype='FILE_PATH',
         options=compat.flags_of_paths(),
     ),
@@ -75,7 +75,8 @@ OPTIONS = {
 class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     """How the object is baked"""
 
-    __annotations__ = OPTIONS
+    #: mark: what the markers of its caches have, to be told from others of the same names.
+    __annotations__ = {**OPTIONS, "mark": StringProperty(options={'HIDDEN'})}
 
 
 def unsaved(options):

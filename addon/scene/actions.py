@@ -58,8 +58,11 @@ def read_keys(id_block, data_path, index=0):
 
 def _keys(curves, data_path, index):
     curve = curves.find(data_path, index=index) if curves else None
-    if curve is None:
-        return np.empty(0), np.empty(0)
+    return keys_of(curve) if curve is not None else (np.empty(0), np.empty(0))
+
+
+def keys_of(curve):
+    """(frames, values), n float64 each, of the keys of an F-curve."""
     coordinates = np.empty(2 * len(curve.keyframe_points), np.float32)
     curve.keyframe_points.foreach_get("co", coordinates)
     return tuple(coordinates.reshape(-1, 2).T.astype(np.float64))
@@ -72,7 +75,7 @@ def own_action(id_block):
     action = animation.action if animation else None
     if action is None:
         return bpy.data.actions.new(id_block.name)
-    if action.library is not None or action.users - int(action.use_fake_user) > 1:
+    if action.library is not None or compat.is_shared(animation):
         return action.copy()
     return action
 
@@ -109,7 +112,7 @@ def remove_action(id_block):
     """Takes the action off a datablock, and deletes it if nothing else needs it."""
     animation = id_block.animation_data
     action = animation.action if animation else None
-    if action is None:
+    if action is None or compat.has_slots_of_others(animation):  # an empty slot is there for the next keyframes
         return
     animation.action = None
     with contextlib.suppress(ReferenceError):

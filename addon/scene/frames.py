@@ -7,13 +7,15 @@ import bpy
 
 from .. import compat
 from ..errors import SceneError
+from . import actions
 from .core import sample_times
 
 
 def moved_range(scene, datablocks):
     """(first, last) frame of the scene's range at which a keyframe moves one of the datablocks.
 
-    The whole range where that is more than keyframes tell: drivers, physics, F-curves that go on by a modifier.
+    The whole range where that is more than keyframes tell: drivers, physics, F-curves that go on by a modifier or by
+    themselves.
     """
     whole = scene.frame_start, scene.frame_end
     ranges = []
@@ -24,7 +26,7 @@ def moved_range(scene, datablocks):
         if animation is None:
             continue
         curves = list(compat.curves_to_read(each) or ())
-        if any(len(curve.modifiers) for curve in curves):
+        if any(len(curve.modifiers) or curve.extrapolation == 'LINEAR' for curve in curves):
             return whole
         ranges += [curve.range() for curve in curves]
         strips = [strip for track in animation.nla_tracks if not track.mute for strip in track.strips]
@@ -34,6 +36,15 @@ def moved_range(scene, datablocks):
     first = max(whole[0], math.floor(min(begin for begin, _end in ranges)))
     last = min(whole[1], math.ceil(max(end for _begin, end in ranges)))
     return (first, last) if first <= last else whole
+
+
+def lone_keys(datablocks):
+    """{frame} of the keyframes of the datablocks that have none in the frames beside them: poses, and not a capture."""
+    keyed = set()
+    for each in datablocks:
+        for curve in compat.curves_to_read(each) or ():
+            keyed.update(actions.keys_of(curve)[0].tolist())
+    return {frame for frame in keyed if keyed.isdisjoint((frame - 1.0, frame + 1.0))}
 
 
 def movers(objects):

@@ -113,6 +113,7 @@ class Drag:
     binding  None while the mesh is being bound: there are drafts by a Job's `early` then, and no native Drag
     answer   n x 3 float32: the last; where it began before that
     drafted  the bridge.targets.Targets of which a draft is shown, or None
+    snaps    the posing.core.snap_watch.SnapWatch of its answers, or None
     """
 
     binding: object
@@ -120,6 +121,7 @@ class Drag:
     native: object
     answer: object
     drafted: object = None
+    snaps: object = None
 
 
 def begin_drag(binding, bind_input, shape=None):
@@ -162,11 +164,11 @@ def draft(drag, goal):
     return None if shape is None or not np.isfinite(shape).all() else mesh.cut_back(shape)
 
 
-def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, overlap, threads=0, execution=None):
-    """Steps (see solver/job.py) to (r x n x 3 float32, native Sequence) of rows `frames`, (begin, end), of a clip.
+def sequence_steps(binding, bind_input, targets, weights, *, execution=None, **options):
+    """Steps (see solver/job.py) to (r x n x 3 float32, native Sequence) of rows of a clip.
 
-    targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None. Rows that could
-    not be solved are told in its `errors`.
+    targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None; options: others
+    of the solver. Rows that could not be solved are told in its `errors`.
 
     @throws SolverError, CancelledError.
     """
@@ -175,12 +177,9 @@ def sequence_steps(binding, bind_input, targets, weights, *, frames, chunk, over
         binding.deformer.start_solve_sequence,
         _targets(mesh, targets),
         weights=_weights(mesh, weights),
-        frames=frames,
-        chunk=chunk,
-        overlap=overlap,
-        threads=threads,
         execution=execution,
         refused=REFUSED_POSE,
+        **options,
     )
     return mesh.cut_back_rows(sequence.vertices), sequence
 

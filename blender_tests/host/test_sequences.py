@@ -180,6 +180,27 @@ def test_a_snap_through_is_spread_over_frames(buckled, chunk):
     np.testing.assert_array_equal(spread.vertices[:, anchors], targets.astype(np.float32))
 
 
+def test_a_snap_goes_the_surfaces_own_way_over_a_few_frames_and_is_told(buckled):
+    """Each frame is near its own minimum; those where nothing snaps, and keys, are what was solved."""
+    deformer, _, targets = buckled
+    raw = deformer.solve_sequence(targets, chunk=FRAMES, overlap=0)
+    steps = np.linalg.norm(np.diff(raw.vertices, axis=0), axis=2).max(axis=1)
+    snap = int(steps.argmax()) + 1
+    assert raw.snaps == (snap,)
+    for kept in ([], [snap - 2, snap + 1]):
+        spread = deformer.solve_sequence(targets, chunk=FRAMES, kept=kept)
+        assert spread.snaps == (snap,)
+        is_moved = (spread.vertices != raw.vertices).any(axis=(1, 2))
+        assert is_moved[snap - 1] and is_moved[snap] and not is_moved[kept].any()
+        assert not is_moved[: snap - 15].any() and not is_moved[snap + 15 :].any()
+        for frame in np.flatnonzero(is_moved):
+            shape = spread.vertices[frame].astype(float)
+            energy = deformer.solve(targets[frame], start=shape, max_iterations=0).energy
+            assert energy < 1.05 * raw.energies[frame], frame
+        part = deformer.solve_sequence(targets, chunk=FRAMES, kept=kept, frames=(snap - 1, snap + 2), threads=1)
+        np.testing.assert_array_equal(part.vertices, spread.vertices[snap - 1 : snap + 2])
+
+
 def test_the_first_frame_is_as_good_as_the_next(buckled):
     """A solve from rest stops before its minimum, and the next frame would be nearer to it."""
     deformer, _, targets = buckled
@@ -260,6 +281,7 @@ def test_a_clip_without_frames_is_none(clip):
         ({"frames": (3, 2)}, "60 frames"),
         ({"frames": (0, FRAMES + 1)}, "60 frames"),
         ({"tolerance": 0.0}, "tolerance"),
+        ({"kept": [4, 2]}, "kept"),
         ({"max_iterations": -1}, "max_iterations"),
         ({"threads": -1}, "threads"),
         ({"weights": np.ones((2, 2))}, "weights has the shape (2, 2)"),

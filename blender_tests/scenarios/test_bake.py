@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking to a point cache: what plays, and what moves the handles."""
 
+import json
 
 import bpy
 import numpy as np
@@ -22,7 +23,7 @@ def test_it_plays_what_was_solved_at_every_frame(saved):
     times = range(1, FRAMES + 1)
     assert np.array_equal(played(obj, times), solved)
     assert np.ptp(solved, axis=0).max() > 1.0  # it moves
-    assert obj.modifiers[0].filepath == "//meanvalue_cache/Tube.pc2"
+    assert obj.modifiers[0].filepath == "//meanvalue_cache/scene/Tube.pc2"
 
 
 def swinging_limb():
@@ -46,7 +47,7 @@ def test_each_frame_is_what_live_shows(tmp_path):
     obj, size = swinging_limb()
     save(tmp_path)
     bake()
-    solved = rows(tmp_path / "meanvalue_cache" / "Limb.pc2")
+    solved = rows(tmp_path / "meanvalue_cache" / "scene" / "Limb.pc2")
     assert len(solved) == 40
     bpy.ops.meanvalue.unbake()
     obj.meanvalue.live = True
@@ -55,6 +56,38 @@ def test_each_frame_is_what_live_shows(tmp_path):
         bpy.context.view_layer.update()
         off = np.linalg.norm(meshes.seen(obj) - solved[frame - 1], axis=1).max() / size
         assert off < 1e-3, (frame, off)
+
+
+def test_a_snap_is_told_by_bake_and_by_live(tmp_path):
+    """A strut that is squeezed, its ends turned to and fro: it snaps to the other side."""
+    obj = meshes.tube(41, 8)
+    vertices = rest(obj)
+    length, diagonal = np.ptp(vertices[:, 2]), np.linalg.norm(np.ptp(vertices, axis=0))
+    is_end = {"Low": vertices[:, 2] < 3.0, "High": vertices[:, 2] > length - 3.0}
+    for sign, (name, chosen) in zip((1.0, -1.0), is_end.items(), strict=True):
+        meshes.activate(obj)
+        control = steps.add_handle(obj, name, np.flatnonzero(chosen).tolist(), live=False)
+        control.location.z += 0.1 * sign * length
+        for frame, angle in ((1, 0.7), (61, -0.7)):
+            control.rotation_euler.y = sign * angle
+            control.keyframe_insert("rotation_euler", frame=frame)
+    meshes.activate(obj)
+    bpy.context.scene.frame_end = 61
+    save(tmp_path)
+    bake()
+    path = tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2"
+    solved, problems = rows(path), json.loads(path.with_name("Tube.pc2.json").read_text())["problems"]
+    (snap,) = [row for row, problem in enumerate(problems) if problem == "the pose snaps"]
+    bpy.ops.meanvalue.unbake()
+    obj.meanvalue.live = True
+    told = set()
+    for frame in range(1, 62):
+        bpy.context.scene.frame_set(frame)
+        bpy.context.view_layer.update()
+        told.add(installed.part("live.roll").follower_of(obj).status(obj))
+        if abs(frame - 1 - snap) > 20:
+            assert np.linalg.norm(meshes.seen(obj) - solved[frame - 1], axis=1).max() < 1e-3 * diagonal
+    assert any(each is not None and "snaps at frame" in each[0] for each in told), told
 
 
 def test_handles_are_met_exactly_and_pins_do_not_move(saved):
@@ -123,6 +156,22 @@ def test_of_a_take_its_frames_are_baked(tmp_path):
     assert len(rows(tmp_path / "take.pc2")) == int(np.ceil(last)) < 100
 
 
+@pytest.mark.parametrize(("how", "last"), [("goes on", 30), ("rig", 20)])
+def test_the_range_has_all_that_moves(tmp_path, how, last):
+    obj, control = animated_tube()
+    bpy.context.scene.frame_end = 30
+    if how == "goes on":
+        curves(control)[0].extrapolation = 'LINEAR'
+    else:
+        rig = armatures.make(Hip=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+        obj.modifiers.new("Rig", 'ARMATURE').object = rig
+        for frame in (1, 20):
+            rig.pose.bones["Hip"].keyframe_insert("location", frame=frame)
+        meshes.activate(obj)
+    bake(path=str(tmp_path / "take.pc2"))
+    assert len(rows(tmp_path / "take.pc2")) == last
+
+
 def test_it_is_above_other_modifiers_and_they_work_on_it(saved):
     obj, _control, path = saved
     subdivision = obj.modifiers.new("Subdivision", 'SUBSURF')
@@ -182,7 +231,7 @@ def test_what_moves_a_control_without_keyframes(tmp_path, how):
         key_control(leader)
     meshes.activate(obj)
     save(tmp_path)
-    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
     assert np.ptp(moved[:, 0]) >= 1.0
 
 
@@ -201,7 +250,7 @@ def test_a_bone(tmp_path):
     meshes.activate(obj)
     save(tmp_path)
     bpy.context.scene.frame_set(1)
-    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
     assert moved[0] == pytest.approx([0, 0, 0], abs=1e-4)
     assert np.linalg.norm(moved[-1]) == pytest.approx(2.0, abs=1e-3)
 
@@ -217,7 +266,7 @@ def test_physics_is_gone_through_frame_by_frame(tmp_path):
     handle.control = cube
     meshes.activate(obj)
     save(tmp_path)
-    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "Tube.pc2")
+    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
     fall = -moved[:, 2]
     assert fall[-1] > 0.2
     assert (np.diff(fall)[1:] > 0).all()
@@ -228,7 +277,7 @@ def test_influence_frees_a_soft_handle(tmp_path):
     obj.meanvalue.handles["Top"].is_soft = True
     obj.meanvalue.handles["Top"].strength = 0.9
     save(tmp_path)
-    path = tmp_path / "meanvalue_cache" / "Tube.pc2"
+    path = tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2"
     bake()
     pulled = rows(path)
     control.meanvalue.influence = 0.0

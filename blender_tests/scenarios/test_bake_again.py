@@ -27,46 +27,46 @@ def test_nothing_changed_nothing_to_do(saved):
     assert len(obj.modifiers) == 1
 
 
-@pytest.mark.parametrize("frames", [240, 300])
-def test_only_chunks_that_changed_are_solved_again(tmp_path, frames):
-    """Also where the range is longer than before: the first chunk is copied, whatever is in the file."""
-    _obj, control = animated_tube(frames=240)
-    save(tmp_path)
-    path = tmp_path / "meanvalue_cache" / "Tube.pc2"
+def test_files_of_one_folder_keep_their_own_caches(tmp_path, part):
+    obj, control = animated_tube()
+    save(tmp_path, "first.blend")
     bake()
-    content = bytearray(path.read_bytes())
-    content[32:36] = np.float32(77.0).tobytes()
-    path.write_bytes(content)
-    before = rows(path)
-    curves(control)[0].keyframe_points[-2].co.y += 0.5
-    bpy.context.scene.frame_end = frames
-    bake(frame_range='SCENE')
-    after = rows(path)
-    assert len(after) == frames and after[0, 0, 0] == 77.0
-    assert np.array_equal(after[:96], before[:96])
-    assert np.abs(after[200:240] - before[200:240]).max() > 0.2
-    bake(frame_range='SCENE', path="//fresh.pc2")
-    fresh = rows(tmp_path / "fresh.pc2")
-    assert fresh[0, 0, 0] != 77.0
-    assert np.array_equal(after[1:], fresh[1:])
+    path = tmp_path / "meanvalue_cache" / "first" / "Tube.pc2"
+    first = path.read_bytes()
+    save(tmp_path, "second.blend")
+    curves(control)[0].keyframe_points[1].co.y += 0.5
+    bake()
+    assert path.read_bytes() == first != (tmp_path / "meanvalue_cache" / "second" / "Tube.pc2").read_bytes()
+    # Another file that is called as the first, with an object that is called so.
+    save(tmp_path, "first.blend")
+    part("baking.bridge.preparing")._made.clear()
+    obj.meanvalue.bake.mark = ""
+    with steps.refused("will be replaced"):
+        bpy.ops.meanvalue.bake()
+    assert path.read_bytes() == first
+    bake(confirm=True)
+    curves(control)[0].keyframe_points[1].co.y += 0.5
+    bake()
+    assert path.read_bytes() != first
 
 
 def test_remove_bake_takes_back_what_bake_made(tmp_path):
     obj, _control = animated_tube(live=True)
     save(tmp_path)
+    obj.meanvalue.bake.mark = "stays"
     bpy.context.scene.frame_set(5)
     before, shape = snapshot(obj, without=("keys",)), steps.key_positions(obj, "Mean-Value")
     assert obj.meanvalue.live
     bake()
     assert not obj.meanvalue.live
     assert obj.data.shape_keys.key_blocks["Mean-Value"].mute
-    assert np.array_equal(played(obj, range(1, FRAMES + 1)), rows(tmp_path / "meanvalue_cache" / "Tube.pc2"))
+    assert np.array_equal(played(obj, range(1, FRAMES + 1)), rows(tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2"))
     bpy.context.scene.frame_set(5)
     assert bpy.ops.meanvalue.unbake() == {"FINISHED"}
     assert_same(before, snapshot(obj, without=("keys",)))
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     assert not key.mute and np.abs(steps.key_positions(obj, "Mean-Value") - shape).max() < 1e-3  # live, so solved anew
-    assert (tmp_path / "meanvalue_cache" / "Tube.pc2").exists()
+    assert (tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2").exists()
     assert not bpy.ops.meanvalue.unbake.poll()
 
 

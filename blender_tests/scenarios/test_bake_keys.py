@@ -19,7 +19,7 @@ def solved(tmp_path):
     obj, _control = animated_tube()
     save(tmp_path)
     bake()
-    shapes = rows(tmp_path / "meanvalue_cache" / "Tube.pc2")
+    shapes = rows(tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
     assert len(obj.modifiers) == 0
     return shapes
@@ -41,7 +41,7 @@ def test_a_key_for_every_frame_plays_what_was_solved_and_is_replaced(solved, tmp
     bake(target='SHAPE_KEYS', tolerance_share=0)
     assert len(baked_names(tube())) == FRAMES
     assert off(played(tube(), TIMES), solved) < 1e-5
-    assert not (tmp_path / "meanvalue_cache" / "Tube.keys.chunks").exists()
+    assert not (tmp_path / "meanvalue_cache" / "scene" / "Tube.keys.chunks").exists()
     bake(target='SHAPE_KEYS', tolerance_share=0, step=3, prefix="Take")
     assert baked_names(tube()) == ["Take 0001", "Take 0004", "Take 0007", "Take 0010"]
     assert len(tube().data.shape_keys.key_blocks) == 5
@@ -140,3 +140,25 @@ def test_settings_of_the_object_count_where_nothing_is_given(solved):
     assert baked_names(tube()) == ["Mine 0001", "Mine 0007"]
     bake(prefix="Yours")
     assert baked_names(tube()) == ["Yours 0001", "Yours 0007"]
+
+
+def test_each_bake_goes_into_the_same_action(tmp_path):
+    """From 4.4 on the object and its keys may have slots of one action."""
+    obj, _control = animated_tube()
+    obj.keyframe_insert("location", frame=1)
+    save(tmp_path)
+    bake(target='SHAPE_KEYS')
+    keys = obj.data.shape_keys
+    if hasattr(bpy.types.Action, "slots"):
+        obj.animation_data.action = keys.animation_data.action
+        obj.keyframe_insert("location", frame=1)
+
+    def counted():
+        slots = getattr(obj.data.shape_keys.animation_data.action, "slots", ())
+        return len(bpy.data.actions), len(slots)
+
+    before = counted()
+    for _again in range(2):
+        bake(target='SHAPE_KEYS')
+        assert counted() == before
+        assert played(obj, [1])[0].tolist() != played(obj, [6])[0].tolist()

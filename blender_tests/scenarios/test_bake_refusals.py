@@ -58,7 +58,7 @@ def test_a_size_that_would_hurt_is_asked_about(saved):
 
 def test_it_is_asked_before_files_of_others_are_overwritten(saved, tmp_path):
     obj, _control, path = saved
-    path.parent.mkdir()
+    path.parent.mkdir(parents=True)
     path.write_text("precious")
     with steps.refused("something else than a bake", "confirm=True"):
         bpy.ops.meanvalue.bake()
@@ -67,8 +67,8 @@ def test_it_is_asked_before_files_of_others_are_overwritten(saved, tmp_path):
     assert len(rows(path)) == FRAMES
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "second.blend"))
     with steps.refused("the bake of 'Tube' in 'scene.blend'"):
-        bpy.ops.meanvalue.bake()
-    bake(confirm=True)
+        bpy.ops.meanvalue.bake(path=str(path))
+    bake(path=str(path), confirm=True)
     bpy.ops.object.duplicate()
     copy = bpy.context.object
     assert copy != obj
@@ -125,7 +125,7 @@ def test_odd_names(tmp_path, name):
     save(tmp_path)
     bake()
     path = pathlib.Path(bpy.path.abspath(obj.modifiers[0].filepath))
-    assert path.parent == tmp_path / "meanvalue_cache"
+    assert path.parent == tmp_path / "meanvalue_cache" / "scene"
     assert pathlib.PureWindowsPath(path.name).stem == path.stem.rstrip(". ")
     assert not pathlib.PureWindowsPath(path.name).is_reserved()
     assert np.array_equal(played(obj, [1, 8]), rows(path)[[0, 7]])
@@ -183,6 +183,6 @@ def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):
     meshes.activate(copy)
     bake()
     assert len(copy.modifiers) == 1
-    own = tmp_path / "meanvalue_cache" / f"{bpy.path.clean_name(copy.name)}.pc2"
+    own = tmp_path / "meanvalue_cache" / "scene" / f"{bpy.path.clean_name(copy.name)}.pc2"
     assert own.exists()
     assert np.array_equal(played(obj, [4]), rows(path)[3:4])

@@ -91,7 +91,7 @@ def test_names_that_the_console_has_no_letters_for(tmp_path, command):
     blend = two_clips(tmp_path)
     done = process(command(blend, "plan", "--out", tmp_path / "手"), PYTHONIOENCODING="cp1252")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "\\u624b/plan" in done.stdout
+    assert "\\u624b/plan" in done.stdout or "手/plan" in done.stdout  # as it is, where Python is in UTF-8 mode
     assert (tmp_path / "手" / "plan" / "plan.json").exists()
 
 

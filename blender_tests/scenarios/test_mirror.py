@@ -231,7 +231,7 @@ def test_baked_to_a_point_cache(tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "half.blend"))
     meshes.activate(obj)
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}
-    shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2"))
+    shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "half", "Half.pc2"))
     assert shapes.shape == (6, len(obj.data.vertices), 3)
     assert max(opening(obj, shape=shape) for shape in shapes) < CLOSED
     assert np.ptp(shapes, axis=0).max() > 0.2
@@ -240,7 +240,7 @@ def test_baked_to_a_point_cache(tmp_path):
     assert len(seen) == 2 * len(obj.data.vertices) - len(halves.seam(obj))
     # Baked again, above the modifier that plays: still the mirrored mesh.
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}
-    assert np.array_equal(rows(pathlib.Path(tmp_path, "meanvalue_cache", "Half.pc2")), shapes)
+    assert np.array_equal(rows(pathlib.Path(tmp_path, "meanvalue_cache", "half", "Half.pc2")), shapes)
 
 
 def own_shape(obj):

@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import farm, meshes, steps
+from support.baking import save
 
 RINGS, SEGMENTS = 33, 8
 
@@ -95,6 +96,17 @@ def test_a_vertex_group_masks_its_key(limb):
         limb.data.shape_keys.key_blocks[name].vertex_group = group.name
     with steps.refused("no shape key"):
         bpy.ops.meanvalue.bind()
+
+
+def test_a_farm_bakes_it(limb, tmp_path):
+    steps.add_handle(limb, "Middle", range(16 * SEGMENTS, 17 * SEGMENTS), live=False).location.x += 0.3
+    limb.meanvalue.pose_like = 'SHAPE_KEYS'
+    bpy.context.scene.frame_end = 3
+    meshes.activate(limb)
+    save(tmp_path)
+    out = farm.planned(tmp_path)
+    assert [farm.run(what, "--plan", out / "plan", "--index", 0) for what in ("bake", "merge")] == [0, 0]
+    assert (out / limb.name / f"{limb.name}.pc2").read_bytes() == farm.baked_at_once(tmp_path, limb.name)
 
 
 def test_with_merged_vertices_and_a_plane_of_symmetry(limb):

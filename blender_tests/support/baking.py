@@ -67,7 +67,7 @@ def saved_tube(tmp_path):
     """(object, control, path of its cache) of animated_tube() in a saved file."""
     obj, control = animated_tube()
     save(tmp_path)
-    return obj, control, tmp_path / "meanvalue_cache" / f"{obj.name}.pc2"
+    return obj, control, tmp_path / "meanvalue_cache" / "scene" / f"{obj.name}.pc2"
 
 
 def rows(path):

@@ -24,7 +24,7 @@ struct Call {
 
 Call own_call(const py::object& targets, const std::optional<py::object>& weights,
               const std::optional<std::pair<Index, Index>>& frames, Index chunk, Index overlap,
-              std::optional<double> tolerance, int max_iterations, int threads) {
+              std::vector<Index> kept, std::optional<double> tolerance, int max_iterations, int threads) {
     Call call;
     Trajectories& trajectories = call.trajectories;
     const FloatArray target_array = as_floats(targets, "targets", 3, "an array of shape (frames, anchors, 3)");
@@ -57,6 +57,7 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
     call.options.frames = frames;
     call.options.chunk = chunk;
     call.options.overlap = overlap;
+    call.options.kept = std::move(kept);
     call.options.threads = threads;
     return call;
 }
@@ -93,6 +94,7 @@ std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Ca
         whole->energies.insert(whole->energies.end(), part->energies.begin(), part->energies.end());
         whole->iterations.insert(whole->iterations.end(), part->iterations.begin(), part->iterations.end());
         whole->converged.insert(whole->converged.end(), part->converged.begin(), part->converged.end());
+        whole->snaps.insert(whole->snaps.end(), part->snaps.begin(), part->snaps.end());
         whole->failures.insert(whole->failures.end(), part->failures.begin(), part->failures.end());
         from = to;
         execution.check();  // a callback may have cancelled it
@@ -103,10 +105,11 @@ std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Ca
 std::shared_ptr<Sequence> solve_frames(const Deformer& deformer, const py::object& targets,
                                        const std::optional<py::object>& weights,
                                        const std::optional<std::pair<Index, Index>>& frames, Index chunk,
-                                       Index overlap, std::optional<double> tolerance, int max_iterations,
-                                       const std::optional<py::object>& on_frame, int threads,
+                                       Index overlap, std::vector<Index> kept, std::optional<double> tolerance,
+                                       int max_iterations, const std::optional<py::object>& on_frame, int threads,
                                        const SharedExecution& execution) {
-    const Call call = own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads);
+    const Call call =
+        own_call(targets, weights, frames, chunk, overlap, std::move(kept), tolerance, max_iterations, threads);
     const SharedExecution held = execution_or_new(execution);
     if (on_frame) return solve_and_hand_over(deformer, call, *on_frame, *held);
     const py::gil_scoped_release released;
@@ -115,10 +118,10 @@ std::shared_ptr<Sequence> solve_frames(const Deformer& deformer, const py::objec
 
 Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                   const std::optional<py::object>& weights, const std::optional<std::pair<Index, Index>>& frames,
-                  Index chunk, Index overlap, std::optional<double> tolerance, int max_iterations, int threads,
-                  const SharedExecution& execution) {
+                  Index chunk, Index overlap, std::vector<Index> kept, std::optional<double> tolerance,
+                  int max_iterations, int threads, const SharedExecution& execution) {
     const auto call = std::make_shared<Call>(
-        own_call(targets, weights, frames, chunk, overlap, tolerance, max_iterations, threads));
+        own_call(targets, weights, frames, chunk, overlap, std::move(kept), tolerance, max_iterations, threads));
     const SharedExecution held = execution_or_new(execution);
     return {held, [deformer, call, held]() -> Task::Deliver {
                 const auto sequence =
@@ -147,7 +150,7 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                                "on_frame took them.")
         .def_property_readonly(
             "energies", [](const py::object& self) { return view_of(self.cast<const Sequence&>().energies, self); },
-            "(f,) float64: as Solution.energy, before paths are smoothed and fade; NaN where it failed.")
+            "(f,) float64: as Solution.energy, before snaps are spread and runs fade; NaN where it failed.")
         .def_property_readonly(
             "iterations",
             [](const py::object& self) { return view_of(self.cast<const Sequence&>().iterations, self); },
@@ -158,6 +161,10 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
                 return view_of(self.cast<const Sequence&>().converged, self).attr("view")("bool");
             },
             "(f,) bool: a minimum is near, as Solution.converged.")
+        .def_property_readonly(
+            "snaps", [](const Sequence& sequence) { return py::tuple(py::cast(sequence.snaps)); },
+            "tuple of int, ascending: frames that the shape snaps at from the frame before, by 2 % of the diagonal\n"
+            "or more. Frames beside are spread over that; a key between both keeps the way.")
         .def_property_readonly(
             "errors",
             [](const Sequence& sequence) {
@@ -174,9 +181,9 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
         .def(
             "solve_sequence", &solve_frames, py::arg("targets"), py::kw_only(), py::arg("weights") = py::none(),
             py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk, py::arg("overlap") = defaults.overlap,
-            py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
-            py::arg("on_frame") = py::none(), py::arg("threads") = defaults.threads,
-            py::arg("execution") = py::none(),
+            py::arg("kept") = defaults.kept, py::arg("tolerance") = py::none(),
+            py::arg("max_iterations") = defaults.max_iterations, py::arg("on_frame") = py::none(),
+            py::arg("threads") = defaults.threads, py::arg("execution") = py::none(),
             "Solve every frame of a clip (section 4.2 of the paper: anchors follow trajectories).\n\n"
             "targets: (f, k, 3), the whole clip, each frame as for solve().\n"
             "weights: (f, k) from 0 to 1, or None: what the strength of each soft anchor is multiplied with in\n"
@@ -187,8 +194,9 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "chunk: frames are solved in runs of so many, counted from the first of the clip, each from the frame\n"
             "before it, the first of a run from rest. overlap: each run but the first begins so many frames\n"
             "earlier, over which the one before it fades into it, so that nothing jumps where two runs came to\n"
-            "different minima. Where a vertex' path is rougher than that of any target, as where a minimum ceases\n"
-            "to be, that is spread over as many frames to either side; below 2 nothing is spread.\n"
+            "different minima. Where the shape snaps, as where a minimum ceases to be, that is spread over some\n"
+            "frames, so many to either side at most, along shapes of little energy; at 0 nothing is spread.\n"
+            "kept: frames, ascending, such as an artist's keys, that no snap beside them is spread over.\n"
             "tolerance, max_iterations: as of solve(). threads: 0 for every core; runs are solved side by side.\n"
             "A frame's bits depend on targets, weights, chunk and overlap alone: neither on the frames wanted nor\n"
             "on the number of threads.\n"
@@ -198,9 +206,9 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "Raises InvalidInput for arrays of another form and options out of range, Cancelled.")
         .def("start_solve_sequence", &start_frames, py::arg("targets"), py::kw_only(),
              py::arg("weights") = py::none(), py::arg("frames") = py::none(), py::arg("chunk") = defaults.chunk,
-             py::arg("overlap") = defaults.overlap, py::arg("tolerance") = py::none(),
-             py::arg("max_iterations") = defaults.max_iterations, py::arg("threads") = defaults.threads,
-             py::arg("execution") = py::none(),
+             py::arg("overlap") = defaults.overlap, py::arg("kept") = defaults.kept,
+             py::arg("tolerance") = py::none(), py::arg("max_iterations") = defaults.max_iterations,
+             py::arg("threads") = defaults.threads, py::arg("execution") = py::none(),
              "As solve_sequence(), beside the interpreter. Returns a Task whose result is the Sequence.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.");
 }

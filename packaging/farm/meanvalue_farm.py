@@ -30,6 +30,9 @@ LEGACY, EXTENSION = "meanvalue_deform", "meanvalue"
 SCHEMA = 3
 DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
 
+#: Of a HandleClip, what is kept beside its mesh.
+OF_CLIP = ("targets", "weights", "portable", "kept")
+
 #: More frames than this are a slip of the pen.
 MOST_FRAMES = 1_000_000
 
@@ -139,7 +142,7 @@ def plan_of(scene, obj, numbers, portable):
         rows = addon.steps.result_of(addon.frames.visit(scene, times, lambda: source.row(obj, bind_input)))
     for note in source.notes(obj):
         say(f"{obj.name}: {note}")
-    return addon.clips.BakePlan(source.clip(bind_input, np.array(rows), portable), times, 1.0), triangles
+    return addon.clips.BakePlan(source.clip(obj, bind_input, np.array(rows), times, portable), times, 1.0), triangles
 
 
 def write_plan(out, clips, chunk):
@@ -172,7 +175,10 @@ def save_clip(path, plan, triangles):
     mesh = plan.clip.bind_input
     values = {f"mesh_{field.name}": getattr(mesh, field.name) for field in dataclasses.fields(mesh)}
     values.update(times=plan.times, spacing=plan.spacing, triangles=triangles)
-    values.update({name: getattr(plan.clip, name) for name in ("targets", "weights", "portable")})
+    if mesh.examples is not None:  # what they do, and not how
+        values["mesh_examples"] = np.array(list(mesh.examples.shapes()))
+        values.update(names=np.array(mesh.examples.names), revision=mesh.examples.revision)
+    values.update({name: getattr(plan.clip, name) for name in OF_CLIP})
     with addon.whole_files.replacing(path) as file:
         np.savez(file, **{name: value for name, value in values.items() if value is not None})
         file.seek(0)
@@ -193,8 +199,13 @@ def load_clip(path, sha256):
                 return found.item() if found is not None and found.ndim == 0 else found
 
             kind = addon.bind_input.BindInput
-            mesh = kind(**{field.name: value(f"mesh_{field.name}") for field in dataclasses.fields(kind)})
-            clip = addon.clips.HandleClip(mesh, value("targets"), value("weights"), value("portable"))
+            of_mesh = {field.name: value(f"mesh_{field.name}") for field in dataclasses.fields(kind)}
+            if (shapes := of_mesh["examples"]) is not None:
+                of_mesh["examples"] = types.SimpleNamespace(
+                    names=value("names").tolist(), revision=value("revision"), shapes=lambda: shapes
+                )
+            mesh = kind(**of_mesh)
+            clip = addon.clips.HandleClip(mesh, *map(value, OF_CLIP))
             return addon.clips.BakePlan(clip, value("times"), value("spacing")), value("triangles")
 
 

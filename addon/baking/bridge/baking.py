@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
 
-import contextlib
 import time
 
 import bpy
 import numpy as np
 
-from ...errors import CacheError, CancelledError
+from ...errors import CancelledError
 from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
 from ...wording import counted
@@ -47,7 +46,8 @@ class Baking:
         scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
         rows = yield from frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
         if self._kind is handle_source:
-            clip, self.notes = handle_source.clip(bind_input, np.array(rows)), tuple(handle_source.notes(find()))
+            clip = handle_source.clip(find(), bind_input, np.array(rows), self.times)
+            self.notes = tuple(handle_source.notes(find()))
         else:
             clip = RowClip(self._kind, bind_input, np.array(rows))
         self.plan = BakePlan(clip, self.times, self.options.step / self.options.samples)
@@ -61,35 +61,21 @@ class Baking:
         if self.is_done:
             return
         self._execution = execution
-        missing, known = set(self.store.missing()), self._known_rows()
+        missing = set(self.store.missing())
         for begin, end in self.plan.chunks():
             numbers = self.plan.numbers[begin:end]
             if not missing.isdisjoint(numbers):
                 try:
-                    yield from self._copy_or_solve(begin, end, numbers, known)
+                    yield from self._solve(begin, end, numbers)
                 except CancelledError as error:
                     raise CancelledError(self.stopped()) from error
             self._done += len(numbers)
 
-    def _known_rows(self):
-        """{key of a chunk: (its first row, the problems from there on)} in the cache that an earlier bake has left."""
-        with contextlib.suppress(CacheError):
-            header, marker = point_cache.read_header(self.path), point_cache.read_marker(self.path)
-            if (header.vertices, header.samples) == (self.plan.header.vertices, len(marker.get("problems", ()))):
-                return {key: (first, marker["problems"][first:]) for key, first in marker["chunks"].items()}
-        return {}
-
-    def _copy_or_solve(self, begin, end, numbers, known):
-        count, key = end - begin, self.plan.clip.key_of(begin, end)
-        if key in known:
-            first, problems = known[key]
-            rows = np.array(point_cache.mapped(self.path)[first : first + count])
-            self.store.write(numbers[0], rows, problems[:count])
-            return
+    def _solve(self, begin, end, numbers):
         if self.posing.binding is None:
             yield from self.posing.work(self._execution)
         self._begun_at = self._begun_at or (time.monotonic(), self._done)
-        self._doing = count
+        self._doing = end - begin
         rows, problems = yield from self.plan.clip.solve_rows(self.posing.binding, begin, end, self._execution)
         self._doing = 0
         self.store.write(numbers[0], rows, problems)
@@ -127,9 +113,8 @@ class Baking:
         about = point_cache.read_marker(self.path)
         if not self.is_done:
             self.problems = yield from self.store.merge(self.path, self.plan.header)
-            chunks = {self.plan.clip.key_of(begin, end): begin for begin, end in self.plan.chunks()}
-            about = {"key": self.plan.key, "chunks": chunks, "problems": self.problems}
-        point_cache.write_marker(self.path, {**about, "object": obj.name, "blend": preparing.blend_name()})
+            about = {"key": self.plan.key, "problems": self.problems}
+        preparing.write_marker(self.path, obj, about)
         self.store.remove()
 
     def _choose_keys(self, path):

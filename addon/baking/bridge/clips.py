@@ -10,13 +10,13 @@ from ...errors import SolverError
 from ...posing.core.bind_input import BindInput
 from ...solver import native_loader, session
 from ...solver.core.fingerprint import digest
-from ..core import point_cache
+from ..core import bake_times, point_cache
 
 #: The solver's `chunk` and `overlap`: a row's bits depend on them, on the whole clip and on nothing else.
 RUN_FRAMES = 48
 OVERLAP_FRAMES = 12
 #: Raised by one when the solver makes other shapes of the same clip.
-REVISION = 6
+REVISION = 7
 
 #: Chunks have so many frames where they fit into the memory that one may take: several runs of the solver, so that
 #: each of its threads has one. It depends on the mesh alone, so that another machine goes on with the same chunks.
@@ -37,15 +37,17 @@ class HandleClip:
     targets: np.ndarray  # f x k x 3 float64, in the object's own space at that frame
     weights: np.ndarray | None  # f x k float64, 0 to 1; None where all are 1
     portable: bool = False  # solved with the same bits on every processor of an architecture
+    kept: tuple = ()  # rows, ascending, that no snap beside them is spread over: the artist's keys
 
-    def key_of(self, begin, end):
-        """Digest of all that the shapes of rows [begin, end) depend on: also on rows of runs that fade into theirs."""
-        rows = slice(max(0, begin - RUN_FRAMES), end + RUN_FRAMES)
+    @property
+    def key(self):
+        """Digest of all that the shapes depend on."""
         return digest(
             repr(self.bind_input.fingerprint.key),
-            self.targets[rows],
-            "all count" if self.weights is None else self.weights[rows],
+            self.targets,
+            "all count" if self.weights is None else self.weights,
             f"{native_loader.module().__version__} {REVISION} {RUN_FRAMES} {OVERLAP_FRAMES} {self.portable}",
+            f"{list(map(int, self.kept))}",
         )
 
     def solve_rows(self, binding, begin, end, execution, threads=0):
@@ -61,6 +63,7 @@ class HandleClip:
             frames=(begin, end),
             chunk=RUN_FRAMES,
             overlap=OVERLAP_FRAMES,
+            kept=list(map(int, self.kept)),
             threads=threads,
             execution=execution,
         )
@@ -68,6 +71,8 @@ class HandleClip:
         for row in np.flatnonzero(~np.isfinite(vertices).all(axis=(1, 2))):
             problems[row] = NOT_NUMBERS
             vertices[row] = vertices[row - 1] if row else self.bind_input.rest
+        for row in sequence.snaps:
+            problems[row - begin] = bake_times.SNAPS
         for row, message in sequence.errors:
             problems[row - begin] = FAILED.format(message)
         return vertices, problems
@@ -81,9 +86,9 @@ class RowClip:
     bind_input: object
     rows: np.ndarray
 
-    def key_of(self, begin, end):
-        version = f"{native_loader.module().__version__} {REVISION}"
-        return digest(self.bind_input.revision, self.rows[begin:end], version)
+    @property
+    def key(self):
+        return digest(self.bind_input.revision, self.rows, f"{native_loader.module().__version__} {REVISION}")
 
     def solve_rows(self, binding, begin, end, execution):
         """Steps as of HandleClip. @throws CancelledError."""
@@ -112,7 +117,7 @@ class BakePlan:
     @cached_property
     def key(self):
         """Digest of all that the shapes depend on, and of the times that they belong to."""
-        return digest(self.clip.key_of(0, len(self.times)), self.times, repr(self.spacing))
+        return digest(self.clip.key, self.times, repr(self.spacing))
 
     @property
     def header(self):

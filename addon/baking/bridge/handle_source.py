@@ -29,10 +29,12 @@ def row(obj, bind_input):
     return np.column_stack([places, targets.influences(obj, bind_input)])
 
 
-def clip(bind_input, rows, portable=False):
-    """HandleClip of rows, f x k x 4."""
+def clip(obj, bind_input, rows, times, portable=False):
+    """HandleClip of rows, f x k x 4, at f times."""
+    keyed = frames.lone_keys(animated(obj))
+    kept = tuple(row for row, time in enumerate(times) if time in keyed)
     weights = None if (rows[..., 3] == 1.0).all() else np.ascontiguousarray(rows[..., 3])
-    return HandleClip(bind_input, np.ascontiguousarray(rows[..., :3]), weights, portable)
+    return HandleClip(bind_input, np.ascontiguousarray(rows[..., :3]), weights, portable, kept)
 
 
 def notes(obj):
@@ -43,8 +45,9 @@ def notes(obj):
 
 
 def animated(obj):
-    """The datablocks that move the handles: the object, the controls, and what these hang on or follow."""
-    return frames.movers([obj, *(handle.control for handle in targets.moved_handles(obj))])
+    """The datablocks that move the handles: the object, its rigs, the controls, and what these hang on or follow."""
+    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
+    return frames.movers([obj, *rigs, *(handle.control for handle in targets.moved_handles(obj))])
 
 
 def _is_freed(control):

@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import uuid
 
 import bpy
 
@@ -19,6 +20,9 @@ from . import handle_source, playing
 #: What is larger asks first.
 LARGE_BYTES = 1_000_000_000
 MANY_KEYS = 500
+
+#: Marks that this session has given: undo takes them off their objects, and the caches stay.
+_made = set()
 
 #: Memory of a shape key, for each vertex: positions, and the copy that Blender evaluates.
 KEY_BYTES_PER_VERTEX = 24
@@ -63,12 +67,26 @@ def doubts(obj, times, options, path):
             f"{whole_files.in_bytes(size)}, and as much again while it is put together"
         )
     marker = point_cache.read_marker(path)
-    if path.exists() and (marker.get("object"), marker.get("blend")) != (obj.name, blend_name()):
+    if path.exists() and not _is_own(obj, marker):
         whose = "something else than a bake"
         if "object" in marker:
             whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
         found.append(f"'{path}' ({whole_files.in_bytes(path.stat().st_size)}) is {whose}, and will be replaced")
     return found
+
+
+def _is_own(obj, marker):
+    """Whether a bake of `obj` wrote what the marker lies beside: another file may have the same names."""
+    known = {"", obj.meanvalue.bake.mark, *_made}  # "": by version 0.1
+    names = marker.get("object"), marker.get("blend")
+    return names == (obj.name, blend_name()) and marker.get("mark", "") in known
+
+
+def write_marker(path, obj, about):
+    """@throws CacheError."""
+    mark = obj.meanvalue.bake.mark = obj.meanvalue.bake.mark or uuid.uuid4().hex
+    _made.add(mark)
+    point_cache.write_marker(path, {**about, "object": obj.name, "blend": blend_name(), "mark": mark})
 
 
 def cache_bytes(obj, times):
@@ -78,7 +96,13 @@ def cache_bytes(obj, times):
 
 def default_path(obj):
     """As the modifier shows it."""
-    return f"//{CACHE_FOLDER}/{_file_name(obj)}.pc2"
+    return f"//{_folder()}/{_file_name(obj)}.pc2"
+
+
+def _folder():
+    """With the name of the .blend, beside which there may be others with objects of the same names."""
+    stem = pathlib.Path(blend_name()).stem
+    return f"{CACHE_FOLDER}/{file_name(bpy.path.clean_name(stem))}" if stem else CACHE_FOLDER
 
 
 def _file_name(obj):
@@ -88,7 +112,7 @@ def _file_name(obj):
 def paths(obj, options):
     """(as the modifier shows it, in full). For shape keys: where chunks are. @throws SceneError."""
     if options.target == TO_KEYS:
-        folder = f"//{CACHE_FOLDER}" if bpy.data.filepath else bpy.app.tempdir
+        folder = f"//{_folder()}" if bpy.data.filepath else bpy.app.tempdir
         full = pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
         _require_of_windows(full, "Save the file elsewhere")
         return "", full

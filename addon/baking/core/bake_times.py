@@ -7,6 +7,9 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core.sample_times import named
 
+#: Said of a frame that the shape snaps at, from the one before.
+SNAPS = "the pose snaps"
+
 #: Frames that are named in a message.
 MOST_NAMES = 8
 
@@ -24,4 +27,7 @@ def notes(times, problems):
     for problem in sorted(set(problems) - {""}):
         names = [named(time) for time, each in zip(times, problems, strict=True) if each == problem]
         shown = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+        if problem == SNAPS:
+            yield f"The pose snaps at {'frame' if len(names) == 1 else 'frames'} {shown}: key one in between"
+            continue
         yield f"{wording.counted(len(names), 'frame')} {problem} ({shown})"

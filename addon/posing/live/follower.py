@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live posing of one object by its handles."""
 
+import bpy
 import numpy as np
 
 from ... import wording
-from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, mesh_arrays, rig_space, shape_keys, views
-from ...scene.core import motion
+from ...scene import actions, mesh_arrays, shape_keys, views
 from ...solver import session
 from ...solver.core import result
 from ..bridge import bound_record, controls, scene_input, targets
+from ..core.snap_watch import SnapWatch
 from .early_poses import EarlyPoses
+from .live_targets import LiveTargets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.
@@ -98,6 +99,8 @@ class Follower(Following):
         """What is wrong with what is shown, in sentences."""
         yield from self._binding.summary.notes()
         yield from result.torn_notes(self._input, self._wanted.positions)
+        if self._drag is not None and self._drag.snaps is not None and self._drag.snaps.found is not None:
+            yield f"the pose snaps at frame {self._drag.snaps.found}: key one in between"
 
     def _begin_anew(self):
         super()._begin_anew()
@@ -156,12 +159,14 @@ class Follower(Following):
             self._end_early()
             answer, drafted = self._before_draft(shown)
             drag = self._drag = session.begin_drag(binding, bind_input, answer)
-            drag.drafted = drafted
+            drag.drafted, drag.snaps = drafted, SnapWatch()
 
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
                 return
             self._is_settled, drag.answer = settles, composed
+            if self._wanted is wanted:
+                drag.snaps.note(bpy.context.scene.frame_current, composed, bind_input.anchors, bind_input.diagonal)
             if not settles:
                 self.solve_seconds, self._shown = seconds, wanted
                 if self._wanted is not wanted and self._show_meanwhile(owner):
@@ -240,61 +245,3 @@ class Follower(Following):
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)
-
-
-class LiveTargets:
-    """Where the anchors are wanted, behind a rig that may move at any time.
-
-    What the rig does is measured when it is quiet, or right before a solve that needs it; never at each step of a drag.
-    A handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
-    """
-
-    def __init__(self):
-        self._measured = None, None  # revision of the rig, and what rig_space.measure() gave then
-        self._gone_along = None  # revision for which controls were put to where it has their handles
-        self._known = {}  # see targets.positions()
-
-    def is_behind(self, obj):
-        """Whether the rig may have moved since controls that go along with it did so."""
-        return self._gone_along != _revision(obj)
-
-    def gather(self, obj, bind_input, former):
-        """The Targets of `obj`; former: those before, or None. @throws SceneError."""
-        found = targets.problem(obj)
-        if found:
-            raise SceneError(found)
-        if self._measured[0] != _revision(obj):
-            if former is not None:
-                goal, known = self._behind(obj, bind_input)
-                if goal.is_near(former, motion.NOISE * bind_input.diagonal):
-                    self._known = known
-                    return goal
-            self._measure(obj)
-        goal, self._known = self._behind(obj, bind_input)
-        return goal
-
-    def catch_up(self, obj, bind_input):
-        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
-
-        @throws SceneError.
-        """
-        if self._measured[0] != _revision(obj):
-            self._measure(obj)
-        targets.follow_rig(obj, bind_input, self._measured[1])
-        self._gone_along = self._measured[0]
-
-    def _measure(self, obj):
-        space = rig_space.measure(obj)
-        self._measured = _revision(obj), space
-
-    def _behind(self, obj, bind_input):
-        """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
-        known, space = dict(self._known), self._measured[1]
-        is_kept = space is not None or known
-        return targets.gather_behind(obj, bind_input, space, known if is_kept else None), known
-
-
-def _revision(obj):
-    """Another one where the rig may be."""
-    model = scene_input.model(obj)
-    return model.rig_revision, model.content, rig_space.sliders(obj)

@@ -43,7 +43,7 @@ def carry(subject, folder):
     obj.select_set(True)
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), check_existing=False)
 
-    for left in (folder / "meanvalue_cache").glob(f"{subject.stem}.pc2*"):
+    for left in (folder / "meanvalue_cache" / subject.stem).glob(f"{subject.stem}.pc2*"):
         left.unlink()  # else Bake would say that nothing has changed, and be timed for that
 
     at = time.perf_counter()

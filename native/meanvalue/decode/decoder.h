@@ -18,6 +18,7 @@ struct DecodeOptions {
     /// Share of the bounding-box diagonal that a vertex may still move, for decoders that stop by tolerance.
     double tolerance = 1e-6;
     int max_iterations = 100;
+    double enough_energy = 0.0;  ///< from an earlier shape: also end where the energy is not above this
     /// Where to start, or nullptr: an earlier shape of the region, n x 3, with its fixed vertices where they were
     /// then.
     const Positions* previous = nullptr;

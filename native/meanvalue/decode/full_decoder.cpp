@@ -48,6 +48,8 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given,
         0.5 * static_cast<double>(unknowns_.rows.size()) * (kRounding * diagonal_) * (kRounding * diagonal_);
     minimise_options.max_iterations = options.max_iterations;
     minimise_options.threads = threads_for(options);
+    if (options.previous != nullptr)
+        minimise_options.negligible_energy = std::max(minimise_options.negligible_energy, options.enough_energy);
     if (options.previous == nullptr) choose_start(minimise_options, workspace, positions, execution);
     const MinimiseReport minimised =
         minimise(*system_, workspace.system, workspace.cholesky, unknowns_, minimise_options, positions, execution);

@@ -146,6 +146,7 @@ Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const Position
         DecodeOptions decode_options;
         decode_options.tolerance = tolerance;
         decode_options.max_iterations = options.max_iterations;
+        decode_options.enough_energy = options.enough_energy;
         decode_options.previous = previous;
         decode_options.targets = &filled_view;
         decode_options.weights = weights.empty() ? nullptr : &weights;

@@ -21,7 +21,8 @@ struct SolveOptions {
     /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
     /// in four steps; kFull, and the coarse level of kPaper, when by less than 100 times in three steps in a row.
     std::optional<double> tolerance;
-    int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
+    int max_iterations = 1000;   ///< of each stage; stages before the last have limits of their own as well
+    double enough_energy = 0.0;  ///< with a start: also ends where the energy is not above this
     /// With a start: solve from rest too, and keep the lower energy of both ends. For the end of a drag: the result
     /// is then at least as good as a solve of the targets alone.
     bool settle = false;

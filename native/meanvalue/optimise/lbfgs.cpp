@@ -49,7 +49,7 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
     report.energies.push_back(value);
     report.initial_gradient = gradient_.norm();
     int short_steps = 0;
-    while (gradient_.squaredNorm() > 0.0) {
+    while (gradient_.squaredNorm() > 0.0 && value > options.enough_energy) {
         if (report.iterations() == options.max_iterations) {
             report.at_limit = true;
             break;

@@ -22,6 +22,7 @@ struct LbfgsOptions {
     /// The iterations before the energy tolerance counts. With patience no step is lengthened.
     int patience = 0;
     int max_iterations = 100;
+    double enough_energy = 0.0;  ///< also stop where it is not above this
     int threads = 1;
     /// Begin with the history of the last call: of the same factor, and near where that ended.
     bool keep_history = false;

@@ -66,6 +66,10 @@ class Descent {
         for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
             execution_.set_progress(static_cast<double>(iteration) / options_.max_iterations);
             if (!step()) break;
+            if (energy_ <= options_.negligible_energy) {
+                stop(StopReason::kConverged);
+                break;
+            }
         }
         return std::move(report_);
     }

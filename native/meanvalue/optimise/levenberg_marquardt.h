@@ -18,7 +18,7 @@ constexpr double kSettledPerTolerance = 100.0;
 struct MinimiseOptions {
     double step_tolerance = 0.0;    ///< stop when no vertex would move farther than this (units of the input)
     double settled_decrease = 0.0;  ///< ... or when the energy falls by less than this share in three steps on end
-    /// An energy not above this is rounding: the encoding is met exactly and there is nothing to do.
+    /// An energy not above this is rounding, or all that is asked for: there is nothing to do.
     double negligible_energy = 0.0;
     int max_iterations = 100;
     int threads = 1;

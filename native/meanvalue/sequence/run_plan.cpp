@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue {
 namespace {
@@ -31,6 +32,8 @@ void check_options(const BoundMesh& bound, const Trajectories& trajectories, con
             throw InvalidInput(message("frame ", frame, ": ", error.what()));
         }
     }
+    if (!std::is_sorted(options.kept.begin(), options.kept.end()))
+        throw InvalidInput("kept is not ascending; sort it");
     if (!options.frames) return;
     const auto [begin, end] = *options.frames;
     if (begin < 0 || end < begin || end > trajectories.frame_count) {
@@ -58,7 +61,8 @@ RunPlan plan_runs(const BoundMesh& bound, const Trajectories& trajectories, cons
         Run run;
         run.own_begin = frame_at(own_begin);
         run.own_end = frame_at(own_begin + chunk);
-        run.end = frame_at(std::min<std::int64_t>(run.own_end, plan.end + 2 * std::int64_t{plan.overlap}));
+        run.end =
+            frame_at(std::min<std::int64_t>(run.own_end, std::int64_t{plan.end} + plan.overlap + kFramesOfSnap));
         run.begin = frame_at(own_begin - plan.overlap);
         if (run.begin >= plan.end) break;
         // Earlier where these can't be solved, so that they follow one that can.

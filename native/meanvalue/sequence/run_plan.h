@@ -13,7 +13,7 @@ namespace meanvalue {
 /// Frames that are solved one after another, each from the one before.
 struct Run {
     Index begin = 0;      ///< of the frames to solve
-    Index end = 0;        ///< of the frames to solve: smoothing looks ahead of what is wanted
+    Index end = 0;        ///< of the frames to solve: snaps are looked for ahead of what is wanted
     Index own_begin = 0;  ///< the result has this run's frames from here on; the run before fades into them
     Index own_end = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -11,15 +12,20 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/sequence/run_plan.h"
-#include "meanvalue/sequence/smooth_paths.h"
+#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue {
 namespace {
 
 // A solve from rest ends when the energy falls slowly; where it lies in a valley, solves from its answer go on.
 constexpr int kSolvesFromRest = 3;
-// Roughness of the paths of vertices that is left alone, as a share of the diagonal: it can't be seen.
-constexpr double kUnseen = 2e-5;
+// Of the diagonal: by how little a step may exceed others, as it can't be seen; and from where on a snap is told.
+constexpr double kUnseen = 1e-4;
+constexpr double kTold = 2e-2;
+// A frame that was moved from its minimum goes back towards it until its energy is so many times as high as there, or
+// for so many iterations: where a snap goes over a ridge, there is no shape that is as good.
+constexpr double kMostEnergy = 1.05;
+constexpr int kMostSettling = 12;
 // The largest coordinate of a result, which is in single precision; smoothing and differences need some room.
 constexpr double kMostCoordinate = std::numeric_limits<float>::max() / 8.0;
 
@@ -31,13 +37,8 @@ void require_single_precision(const Positions& shape, const char* name) {
                                "mesh and targets so that they stay below ", kMostCoordinate));
 }
 
-/// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
-double fade(Index frame, Index count) {
-    const double t = (frame + 1.0) / (count + 1.0);
-    return t < 0.5 ? 2.0 * t * t : 1.0 - 2.0 * (1.0 - t) * (1.0 - t);
-}
-
-/// One call of solve_sequence(): solves runs side by side, smooths each, and fades each into the next.
+/// One call of solve_sequence(): solves runs side by side, spreads the snaps of each, fades each into the next, and
+/// settles the frames that were moved by that.
 class SequenceSolve {
   public:
     SequenceSolve(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
@@ -58,6 +59,7 @@ class SequenceSolve {
         result_.energies.assign(count, std::numeric_limits<double>::quiet_NaN());
         result_.iterations.resize(count);
         result_.converged.resize(count);
+        is_moved_.assign(count, 0);
         for (const Run& run : plan_.runs)
             frames_to_solve_ += run.end - run.begin;
     }
@@ -75,6 +77,10 @@ class SequenceSolve {
         });
         for (std::size_t number = 0; number < plan_.runs.size(); ++number)
             fade_into(number);
+        parallel_items(is_moved_.size(), threads, execution_, [&](int, std::size_t row) {
+            if (is_moved_[row]) settle(row, is_moved_.size() > 1 ? 1 : threads);
+        });
+        std::sort(result_.snaps.begin(), result_.snaps.end());
         carry_loose_parts(threads);
         std::sort(result_.failures.begin(), result_.failures.end(),
                   [](const FrameFailure& a, const FrameFailure& b) { return a.frame < b.frame; });
@@ -165,24 +171,54 @@ class SequenceSolve {
         }
     }
 
-    /// Makes paths as rough as the targets are at most, from the first frame that could be solved on. Frames that
-    /// could not be solved hold what becomes of the one before.
-    void smooth(const Run& run, Frames& frames) const {
-        const auto first = std::find(frames.is_solved.begin(), frames.is_solved.end(), char{1});
-        const auto skipped = static_cast<Index>(first - frames.is_solved.begin());
-        const Index half_width = std::min<Index>(plan_.overlap, run.own_end - 1 - (run.begin + skipped));
-        if (run.begin + skipped >= plan_.end || half_width < 2) return;
-        const std::vector<float*> shapes(frames.shapes.begin() + skipped, frames.shapes.end());
-        const PathSmoother smoother({first, frames.is_solved.end()}, half_width);
-        PathSmoother::Limits limits =
-            smoother.roughness_of(trajectories_, run.begin + skipped, deformer_.bound().anchors(), shapes);
-        const double unseen = kUnseen * bounding_box_diagonal(deformer_.bound().rest());
-        for (std::vector<double>* const each : {&limits.wide, &limits.near})
-            for (double& limit : *each)
-                limit += unseen;
-        smoother.smooth(shapes, static_cast<std::size_t>(result_.vertex_count), limits, execution_);
-        for (std::size_t k = 1; k < shapes.size(); ++k) {
-            if (!frames.is_solved[skipped + k]) std::copy_n(shapes[k - 1], numbers_of_shape(), shapes[k]);
+    /// Spreads the snaps of a run. Frames that could not be solved hold what becomes of the one before.
+    void smooth(const Run& run, Frames& frames) {
+        const auto count = static_cast<Index>(frames.shapes.size());
+        std::vector<char> stays(frames.is_solved.size(), 0);
+        stays.front() = stays.back() = 1;
+        for (Index k = 0; k < count; ++k) {
+            const bool is_kept = std::binary_search(options_.kept.begin(), options_.kept.end(), run.begin + k);
+            if (is_kept || !frames.is_solved[k]) stays[k] = 1;
+            if (k > 0 && !frames.is_solved[k]) stays[k - 1] = 1;
+        }
+        RunPaths paths(frames.shapes, static_cast<std::size_t>(result_.vertex_count), frames.is_solved);
+        const double size = bounding_box_diagonal(deformer_.bound().rest());
+        const std::vector<double> limits = paths.limits(trajectories_, run.begin, kUnseen * size);
+        const std::vector<Snap> snaps = paths.find_snaps(limits, execution_);
+        const std::vector<char> is_moved = paths.spread(snaps, limits, stays, plan_.overlap, execution_);
+        for (Index frame = std::max(plan_.begin, run.own_begin); frame < std::min(plan_.end, run.end); ++frame)
+            is_moved_[frame - plan_.begin] = is_moved[frame - run.begin];
+        const std::lock_guard<std::mutex> lock(mutex_);
+        for (const Snap& snap : snaps) {
+            const Index frame = run.begin + snap.frame;
+            if (snap.length > kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
+                result_.snaps.push_back(frame);
+        }
+    }
+
+    /// Lets a frame that was moved go back towards its minimum: a blend of two shapes is none of the surface's own.
+    void settle(std::size_t row, int threads) {
+        const Index frame = plan_.begin + static_cast<Index>(row);
+        if (std::isnan(result_.energies[row])) return;  // it holds another frame's
+        SolveOptions options;
+        options.tolerance = options_.tolerance;
+        options.max_iterations = std::min(options_.max_iterations, kMostSettling);
+        options.enough_energy = kMostEnergy * result_.energies[row];
+        options.weights = weights_at(trajectories_, frame);
+        options.threads = threads;
+        float* const shape = shape_in_result(frame);
+        const Positions start =
+            Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>(shape, result_.vertex_count, 3)
+                .cast<double>();
+        Execution of_frame(&execution_);
+        try {
+            const Positions settled =
+                deformer_.solve(targets_at(trajectories_, frame), start, options, of_frame).vertices;
+            require_single_precision(settled, "the solved shape");
+            std::transform(settled.data(), settled.data() + settled.size(), shape,
+                           [](double x) { return static_cast<float>(x); });
+        } catch (const InvalidInput&) {  // what was spread is as good as it gets
+        } catch (const SolverFailure&) {
         }
     }
 
@@ -204,7 +240,9 @@ class SequenceSolve {
             execution_.check();
             const auto place = static_cast<Index>(k);
             const auto share = static_cast<float>(fade(place, plan_.overlap));
-            float* const from = shape_in_result(plan_.runs[number].own_begin - plan_.overlap + place);
+            const Index frame = plan_.runs[number].own_begin - plan_.overlap + place;
+            float* const from = shape_in_result(frame);
+            is_moved_[frame - plan_.begin] = 1;
             for (std::size_t i = 0; i < numbers_of_shape(); ++i)
                 from[i] += share * (to[i] - from[i]);
         }
@@ -232,7 +270,8 @@ class SequenceSolve {
     std::vector<std::vector<Shape>> overlaps_;  // of each run
     std::int64_t frames_to_solve_ = 0;
     std::atomic<std::int64_t> frames_solved_{0};
-    std::mutex mutex_;  // of result_.failures
+    std::mutex mutex_;            // of result_.failures and snaps
+    std::vector<char> is_moved_;  // of each wanted frame: not where it was solved
     Sequence result_;
 };
 

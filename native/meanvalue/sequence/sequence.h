@@ -30,9 +30,11 @@ struct SequenceOptions {
     /// runs are solved side by side, and in part, with the same bits.
     Index chunk = 48;
     /// Each run but the first begins so many frames earlier, and over these the one before it fades into it: where
-    /// two runs came to different minima, nothing jumps. At most `chunk`. Where a minimum changes inside a run, the
-    /// jump is spread over so many frames to either side (PathSmoother).
+    /// two runs came to different minima, nothing jumps. At most `chunk`. Where a shape snaps inside a run, that is
+    /// spread over so many frames to either side at most (RunPaths).
     Index overlap = 12;
+    /// Ascending: frames, such as an artist's keys, that no snap beside them is spread over.
+    std::vector<Index> kept;
     int threads = 0;  ///< 0: every core; results do not depend on it
     /// The shares of Execution::progress() that this call begins and ends at.
     std::pair<double, double> progress = {0.0, 1.0};
@@ -49,10 +51,12 @@ struct Sequence {
     Index vertex_count = 0;
     Index frame_count = 0;
     std::unique_ptr<float[]> vertices;  ///< frames x n x 3
-    std::vector<double> energies;       ///< as Solution::energy, before paths are smoothed and a frame fades into
+    std::vector<double> energies;       ///< as Solution::energy, before snaps are spread and a frame fades into
                                         ///< another run's; NaN: failed
     std::vector<int> iterations;        ///< all_iterations
     std::vector<char> converged;
+    std::vector<Index> snaps;  ///< ascending: frames that a shape snaps at, by 2 % of the diagonal or more, from the
+                               ///< frame before; some frames to either side are spread over that
     std::vector<FrameFailure> failures;  ///< frames that could not be solved: they have the shape of the last that
                                          ///< could, or of rest where none could before
 };
@@ -60,8 +64,9 @@ struct Sequence {
 /// Section 4.2 of the paper. A frame's bits depend on the trajectories, `chunk` and `overlap` alone: neither on which
 /// frames are wanted nor on the number of threads.
 ///
-/// Paths of vertices are as rough as those of the anchors at most, but for what is left of jumps after they are
-/// spread: frames are not at their minimum there.
+/// Where a shape snaps or two runs fade, frames are not at their minimum, but on the surface's own way between two:
+/// their energy is 5 % above it at most, but for what it takes to go over a ridge. All others are as they were
+/// solved.
 ///
 /// Memory: what is returned, a workspace for each thread, and the overlap of each run.
 /// @throws InvalidInput for options out of range, weights outside [0, 1] and trajectories of another number of

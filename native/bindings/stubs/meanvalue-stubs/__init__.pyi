@@ -111,6 +111,7 @@ class Deformer:
         frames: tuple[int, int] | None = None,
         chunk: int = 48,
         overlap: int = 12,
+        kept: list[int] = [],
         tolerance: float | None = None,
         max_iterations: int = 1000,
         on_frame: Callable[[int, NDArray[np.float32]], object] | None = None,
@@ -147,6 +148,7 @@ class Deformer:
         frames: tuple[int, int] | None = None,
         chunk: int = 48,
         overlap: int = 12,
+        kept: list[int] = [],
         tolerance: float | None = None,
         max_iterations: int = 1000,
         threads: int = 0,
@@ -265,6 +267,8 @@ class Sequence:
     def first(self) -> int: ...
     @property
     def iterations(self) -> NDArray[np.int32]: ...
+    @property
+    def snaps(self) -> tuple[int, ...]: ...
     @property
     def vertices(self) -> NDArray[np.float32]: ...
 

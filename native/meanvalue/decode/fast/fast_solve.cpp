@@ -88,6 +88,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         }
         const bool may_leave_off = goes_on_ && !options_.is_last;
         if (!may_leave_off) lbfgs.energy_tolerance = 0.0;
+        lbfgs.enough_energy = options_.enough_energy;
         lbfgs.patience = may_leave_off ? kPatience : 0;
         lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
     }

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the handles of a live object are wanted."""
+
+from ...errors import SceneError
+from ...scene import rig_space
+from ...scene.core import motion
+from ..bridge import scene_input, targets
+
+
+class LiveTargets:
+    """Where the anchors are wanted, behind a rig that may move at any time.
+
+    What the rig does is measured when it is quiet, or right before a solve that needs it; never at each step of a drag.
+    A handle whose control stays where it was beside the rig keeps its targets, so that a rig that moves changes no key.
+    """
+
+    def __init__(self):
+        self._measured = None, None  # revision of the rig, and what rig_space.measure() gave then
+        self._gone_along = None  # revision for which controls were put to where it has their handles
+        self._known = {}  # see targets.positions()
+
+    def is_behind(self, obj):
+        """Whether the rig may have moved since controls that go along with it did so."""
+        return self._gone_along != _revision(obj)
+
+    def gather(self, obj, bind_input, former):
+        """The Targets of `obj`; former: those before, or None. @throws SceneError."""
+        found = targets.problem(obj)
+        if found:
+            raise SceneError(found)
+        if self._measured[0] != _revision(obj):
+            if former is not None:
+                goal, known = self._behind(obj, bind_input)
+                if goal.is_near(former, motion.NOISE * bind_input.diagonal):
+                    self._known = known
+                    return goal
+            self._measure(obj)
+        goal, self._known = self._behind(obj, bind_input)
+        return goal
+
+    def catch_up(self, obj, bind_input):
+        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
+
+        @throws SceneError.
+        """
+        if self._measured[0] != _revision(obj):
+            self._measure(obj)
+        targets.follow_rig(obj, bind_input, self._measured[1])
+        self._gone_along = self._measured[0]
+
+    def _measure(self, obj):
+        space = rig_space.measure(obj)
+        self._measured = _revision(obj), space
+
+    def _behind(self, obj, bind_input):
+        """(Targets, what is known of handles then). Without a rig nothing is kept. @throws SceneError."""
+        known, space = dict(self._known), self._measured[1]
+        is_kept = space is not None or known
+        return targets.gather_behind(obj, bind_input, space, known if is_kept else None), known
+
+
+def _revision(obj):
+    """Another one where the rig may be."""
+    model = scene_input.model(obj)
+    return model.rig_revision, model.content, rig_space.sliders(obj)

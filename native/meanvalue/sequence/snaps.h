@@ -1,0 +1,57 @@
+// Where a shape snaps from one frame to the next, and how that is spread over some frames.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/sequence/sequence.h"
+
+namespace meanvalue {
+
+/// A step between two frames by which some vertex goes farther than the steps around it and the targets explain: its
+/// minimum ceased to be, or a loose solve catches up.
+struct Snap {
+    Index frame;    ///< of the run, the first one behind the step
+    double length;  ///< the farthest that a vertex goes besides
+    double share;   ///< 0 to 1: how sharp it is against what is around it. A swing is not
+};
+
+/// How many frames behind a snap, at most, say whether and how far it is one, with the steps beside its own.
+constexpr Index kFramesOfSnap = 12;
+
+/// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
+double fade(Index frame, Index count);
+
+/// The paths of vertices in the frames of one run.
+class RunPaths {
+  public:
+    /// @param points of each frame, count x 3. @param is_solved flag of each frame: nothing is known near others.
+    RunPaths(std::vector<float*> points, std::size_t count, std::vector<char> is_solved);
+
+    /// What steps may exceed those around them by, for each frame: as far as any target does nearby, and `unseen`.
+    /// @param first the clip's frame that the run's first is.
+    std::vector<double> limits(const Trajectories& trajectories, Index first, double unseen) const;
+
+    /// @param limits one for each frame. @throws Cancelled.
+    std::vector<Snap> find_snaps(const std::vector<double>& limits, const Execution& execution) const;
+
+    /// Spreads snaps over as few frames to either side as make them as smooth as the targets are, along straight
+    /// lines.
+    /// @param stays flag of each frame that keeps its shape. @param most_frames to either side.
+    /// @return flag of each frame that was moved. @throws Cancelled.
+    std::vector<char> spread(const std::vector<Snap>& snaps, const std::vector<double>& limits,
+                             const std::vector<char>& stays, Index most_frames, const Execution& execution);
+
+  private:
+    Index radius_around(Index step) const;
+    bool are_solved(Index begin, Index end) const;
+
+    std::vector<float*> points_;
+    std::size_t numbers_;  // of a frame
+    std::vector<char> is_solved_;
+    Index frame_count_;
+};
+
+}  // namespace meanvalue
