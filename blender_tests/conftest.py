@@ -11,6 +11,7 @@ import sys
 import pytest
 from support import installed
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 INSIDE_BLENDER = "bpy" in sys.modules
 
 collect_ignore = [] if INSIDE_BLENDER else ["unit", "scenarios"]

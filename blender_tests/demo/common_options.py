@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 
-def parser(name, description, subjects, only):
-    """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes; only: its help."""
+def parser(name, description, subjects=(), only=""):
+    """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes, if there are any; only: its help."""
     made = argparse.ArgumentParser(prog=f"./dev demo {name}", description=description, allow_abbrev=False)
     add_options(made, subjects, only, samples=16)
     return made
@@ -17,7 +17,8 @@ def add_options(made, subjects, only, samples):
     made.add_argument(
         "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
     )
-    made.add_argument("--only", choices=tuple(subjects), help=only)
+    if subjects:
+        made.add_argument("--only", choices=tuple(subjects), help=only)
     made.add_argument(
         "--engine",
         choices=("cycles", "workbench"),

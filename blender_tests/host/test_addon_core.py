@@ -85,20 +85,6 @@ def test_free_are_the_region_without_anchors():
     assert np.flatnonzero(square(roi=roi).free).tolist() == [4, 5]
 
 
-@pytest.mark.parametrize(
-    "broken, text",
-    [
-        (square(face_starts=np.empty(0, np.int32), face_corners=np.empty(0, np.int32)), "has no faces"),
-        (changed("rest", (5, 1), np.nan), "the first is 5"),
-        (square(anchors=np.array([0, 8], np.int32)), "2 fixed points cannot hold"),
-        (square(anchors=np.array([0, 1, 2], np.int32)), "not in one line"),
-    ],
-)
-def test_each_refusal_says_why(broken, text):
-    with pytest.raises(SceneError, match=text):
-        broken.check()
-
-
 def test_vertices_outside_the_region_hold_the_mesh_too():
     roi = np.zeros(9, bool)
     roi[4] = True

@@ -56,16 +56,12 @@ def test_options_change_the_result():
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"vertices": VERTICES[:, :2]}, r"vertices has the shape \(180, 2\)"),
         ({"vertices": VERTICES * np.nan}, r"vertices\[0\] is \(nan"),
-        ({"faces": TRIANGLES[:, :2]}, "split polygons"),
         ({"faces": TRIANGLES + 1}, "triangle .* names vertex 180"),
         ({"anchors": np.r_[ENDS[:-1], 999]}, "anchor 23 is vertex 999"),
-        ({"anchors": [0.5]}, "anchors has the type float64"),
         ({"targets": VERTICES[:3]}, "targets has 3 rows, but there are 24 anchors"),
         ({"targets": np.full((24, 3), np.inf)}, r"targets\[0\] is \(inf"),
         ({"targets": np.full((24, 3), 1e12)}, r"targets\[0\], of vertex 0, is .* at most 1e\+06"),
-        ({"roi": np.ones(180)}, "of bool"),
         ({"roi": np.ones(5, bool)}, "roi has 5 entries"),
         ({"threads": -1}, "threads is -1"),
     ],

@@ -15,8 +15,7 @@ from addon.posing.core import mesh_problems
 from addon.posing.core.bind_input import BindInput
 from addon.scene.core import welding
 from addon.solver.core.fingerprint import digest
-from blender_tests.support import mesh_files, messy_variants
-from blender_tests.support.native_calls import bound
+from blender_tests.support import mesh_files, messy_variants, native_calls
 
 #: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
 MOST_FREE = 4000
@@ -43,7 +42,7 @@ def given(vertices, triangles, anchors, pieces=None, **options):
 
 def solved(bind_input, triangles, targets, **options):
     """(n x 3, the Deformer), as session.solve_steps."""
-    deformer = bound(bind_input, triangles)
+    deformer = native_calls.bound(bind_input, triangles)
     whole = bind_input.solver_mesh
     return np.asarray(whole.cut_back(deformer.solve(whole.targets(targets), **options).vertices)), deformer
 
@@ -126,18 +125,10 @@ def test_real_meshes_however_they_come(path, variant):
 # -- generated meshes ------------------------------------------------------------------------------------------------
 
 
-def tube(around=12, along=16):
-    """An open tube along z, radius 1."""
-    angle = np.arange(around) * 2.0 * np.pi / around
-    height = np.linspace(0.0, 6.0, along)
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    vertices = np.concatenate([np.column_stack([ring, np.full(around, z)]) for z in height])
-    triangles = []
-    for row in range(along - 1):
-        for k in range(around):
-            a, b = row * around + k, row * around + (k + 1) % around
-            triangles += [(a, b, b + around), (a, b + around, a + around)]
-    return vertices, np.array(triangles, np.int32)
+def tube():
+    """An open tube along z from 0 to 6, radius 1: 16 rings of 12."""
+    vertices, triangles = native_calls.tube(12, 16)
+    return vertices * [1.0, 1.0, 0.8], triangles
 
 
 def bent_tube(vertices, triangles, count, **options):

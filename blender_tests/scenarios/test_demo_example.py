@@ -1,12 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev demo example` at low resolution: by the operators from a rig's animation to handles that bend as it does."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from blender_tests.demo.example import run
 from blender_tests.demo.rig import figures

@@ -2,15 +2,10 @@
 """The .blend files of `./dev demo` are there to be tried: they open with handles, Live on and the pose shown. Files of
 game characters are posed with what belongs to them."""
 
-import sys
-from pathlib import Path
-
 import bpy
 import numpy as np
 import pytest
 from support import meshes, steps
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from blender_tests.demo import arguments, built_in, game_figure, pose, ready, user_file
 

@@ -1,13 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev demo mirror` at low resolution: the seam opens alone, and stays in its plane below the modifier."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from blender_tests.demo import pose
 from blender_tests.demo.mirror import run

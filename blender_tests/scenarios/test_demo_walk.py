@@ -6,14 +6,10 @@ millimetre, and the distances are stated for that.
 """
 
 import dataclasses
-import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from addon.capture.core import marker_sets
 from blender_tests.demo import pictures, row

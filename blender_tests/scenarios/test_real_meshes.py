@@ -5,18 +5,14 @@ Numbers cannot tell whether a pose looks natural: change one only after looking 
 missing.
 """
 
-import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 from support import meshes, steps
 from support.snapshot import assert_same, snapshot
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from blender_tests.demo import arguments, motion, pose, scene_mesh, user_file
 from blender_tests.demo.off_file import read_off

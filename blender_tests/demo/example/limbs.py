@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arms and legs of a rigged figure: how they are posed, and where handles hold them."""
 
-from dataclasses import dataclass
-
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
@@ -23,29 +21,11 @@ EVERY = 10  # frames from one pose to the next
 END, TIP, AROUND = 0.35, 0.12, 0.5
 
 
-@dataclass(frozen=True)
-class Names:
-    """Of the bones of arms and legs without their sides; end: the bone whose tail is the wrist or the ankle."""
-
-    upper_arm: str
-    forearm: str
-    arm_end: str
-    thigh: str
-    shank: str
-    leg_end: str
-    trunk: tuple
-    """Bones at whose heads the body is held where it is."""
+#: Bones at whose heads the body is held where it is.
+TRUNK = ("pelvis", "chest", "head")
 
 
-NAMES = {
-    "walker": Names("upper_arm", "forearm", "forearm", "thigh", "shank", "shank", ("pelvis", "chest", "head")),
-    "makehuman": Names(
-        "upperarm01", "lowerarm01", "lowerarm02", "upperleg01", "lowerleg01", "lowerleg02", ("root", "spine02", "head")
-    ),
-}
-
-
-def bend(armature, names, poses, number):
+def bend(armature, poses, number):
     """Poses arms and legs: pose `number` of `poses` on the left, another on the right."""
     for posed in armature.pose.bones:
         posed.matrix_basis = Matrix.Identity(4)
@@ -54,14 +34,14 @@ def bend(armature, names, poses, number):
         shift = 0 if side == "L" else 3
         lowered, swung, elbow, lifted, knee = poses[(number + shift) % len(poses)]
         swing = Matrix.Rotation(np.radians(-swung), 3, 'X') @ Matrix.Rotation(np.radians(sign * lowered), 3, 'Y')
-        upper_arm, forearm = (armature.data.bones[f"{bone}.{side}"] for bone in (names.upper_arm, names.forearm))
-        end = armature.data.bones[f"{names.arm_end}.{side}"].tail_local
+        upper_arm, forearm = (armature.data.bones[f"{bone}.{side}"] for bone in ("upper_arm", "forearm"))
+        end = armature.data.bones[f"forearm.{side}"].tail_local
         hinge = elbow_hinge(forearm.head_local - upper_arm.head_local, end - forearm.head_local)
         turn(armature, upper_arm.name, (0.0, 1.0, 0.0), sign * lowered)
         turn(armature, upper_arm.name, (1.0, 0.0, 0.0), -swung)
         turn(armature, forearm.name, tuple(swing @ Vector(hinge)), elbow)
-        turn(armature, f"{names.thigh}.{side}", (1.0, 0.0, 0.0), -lifted)
-        turn(armature, f"{names.shank}.{side}", (1.0, 0.0, 0.0), knee)
+        turn(armature, f"thigh.{side}", (1.0, 0.0, 0.0), -lifted)
+        turn(armature, f"shank.{side}", (1.0, 0.0, 0.0), knee)
 
 
 def elbow_hinge(upper_arm, forearm):
@@ -73,11 +53,11 @@ def elbow_hinge(upper_arm, forearm):
     return axis / np.linalg.norm(axis)
 
 
-def animate(armature, names):
+def animate(armature):
     """Keys the poses of ANIMATED."""
-    bones = [f"{bone}.{side}" for bone in (names.upper_arm, names.forearm, names.thigh, names.shank) for side in "LR"]
+    bones = [f"{bone}.{side}" for bone in ("upper_arm", "forearm", "thigh", "shank") for side in "LR"]
     for number in range(len(ANIMATED)):
-        bend(armature, names, ANIMATED, number)
+        bend(armature, ANIMATED, number)
         for bone in bones:
             armature.pose.bones[bone].keyframe_insert("rotation_quaternion", frame=1 + EVERY * number)
     bpy.context.scene.frame_end = 1 + EVERY * (len(ANIMATED) - 1)
@@ -91,31 +71,31 @@ def rest(armature):
     bpy.context.view_layer.update()
 
 
-def holds(figure, names):
+def holds(figure):
     """{name: vertices} of handles at hands and feet, elbows and knees, and of pins on the trunk."""
     found = {}
     for side in "LR":
         arm, leg = (_length(figure, f"{bone}.{side}", f"{next_bone}.{side}")
-                    for bone, next_bone in ((names.upper_arm, names.forearm), (names.thigh, names.shank)))  # fmt: skip
-        found[f"Hand.{side}"] = near(figure, figure.bones[f"{names.arm_end}.{side}"][1], END * arm)
-        found[f"Foot.{side}"] = near(figure, figure.bones[f"{names.leg_end}.{side}"][1], END * leg)
-        for name, bone, length, out in (("Elbow", names.forearm, arm, 1.0), ("Knee", names.shank, leg, -1.0)):
+                    for bone, next_bone in (("upper_arm", "forearm"), ("thigh", "shank")))  # fmt: skip
+        found[f"Hand.{side}"] = near(figure, figure.bones[f"forearm.{side}"][1], END * arm)
+        found[f"Foot.{side}"] = near(figure, figure.bones[f"shank.{side}"][1], END * leg)
+        for name, bone, length, out in (("Elbow", "forearm", arm, 1.0), ("Knee", "shank", leg, -1.0)):
             tip = np.array(figure.bones[f"{bone}.{side}"][0])
             tip[1] += 0.2 * out * length
             nearest = figure.vertices[np.linalg.norm(figure.vertices - tip, axis=1).argmin()]
             found[f"{name}.{side}"] = near(figure, nearest, TIP * length)
-    for bone in names.trunk:
+    for bone in TRUNK:
         found[f"Trunk {bone}"] = near(figure, figure.bones[bone][0], END * arm)
     return found
 
 
-def joints(figure, names):
+def joints(figure):
     """{name: vertices around the joints of both sides}."""
     bones = {
-        "elbows": (names.forearm, names.upper_arm),
-        "shoulders": (names.upper_arm, names.forearm),
-        "knees": (names.shank, names.thigh),
-        "hips": (names.thigh, names.shank),
+        "elbows": ("forearm", "upper_arm"),
+        "shoulders": ("upper_arm", "forearm"),
+        "knees": ("shank", "thigh"),
+        "hips": ("thigh", "shank"),
     }
     found = {}
     for name, (bone, other) in bones.items():

@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 from support import meshes
 
-from .. import pictures, pose, report, scene_mesh, stage
-from ..rig.run import add_body, blocks_of, options_of
+from .. import common_options, pictures, pose, report, scene_mesh, stage
+from ..rig import figures
+from ..rig.run import add_body
 from . import limbs
 
 ABOUT = (
@@ -23,29 +24,27 @@ examples and with ten poses of its rig. Pictures of skinning, of the pose withou
 
 def options(argv):
     """The command line after `example`."""
-    return options_of("example", DESCRIPTION, argv)
+    parser = common_options.parser("example", DESCRIPTION)
+    parser.set_defaults(engine="workbench")  # shows folds best
+    return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
-    """The report's lines for each body; makes the files."""
-    return blocks_of(one, words, empty_scene)
-
-
-def one(figure, words, empty_scene):
-    """Poses, draws and measures one body; returns its lines of the report."""
+    """The report's lines; poses, draws and measures the figure."""
     empty_scene()
+    figure = figures.walker()
     obj, truths, shapes, seconds = carry(figure)
     count = sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks)
-    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"example_{figure.stem}.blend"), check_existing=False)
-    path = words.output / f"example_{figure.stem}.png"
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / "example_walker.blend"), check_existing=False)
+    path = words.output / "example_walker.png"
     shown = [truths[0], shapes["NOTHING"][0], shapes["RIG"][0]]
     draw_shapes(path, obj, shown, stage.Picture(560, 900, words.samples, words.engine), np.concatenate(shown))
     rows = [("vertices, examples", f"{len(figure.vertices):,}, {count}")]
     for name, (without, with_them) in errors(figure, truths, shapes).items():
         rows.append((name, f"{without:.2%} without, {with_them:.2%} with: {with_them / without:.2f} of it"))
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
-    rows.append(("files", f"{path.name}, example_{figure.stem}.blend"))
-    return report.block(figure.title, rows)
+    rows.append(("files", f"{path.name}, example_walker.blend"))
+    return [report.block("the walking figure", rows)]
 
 
 def carry(figure):
@@ -53,16 +52,15 @@ def carry(figure):
 
     truths, shapes: (n, 3) for each of limbs.ASKED
     """
-    names = limbs.NAMES[figure.stem]
     obj, armature = add_body(figure)
-    truths = skinned(obj, armature, names)
-    limbs.animate(armature, names)
+    truths = skinned(obj, armature)
+    limbs.animate(armature)
     began = time.perf_counter()
     bpy.context.view_layer.objects.active = obj
     pose.call(bpy.ops.meanvalue.sample_rig_poses, count=len(limbs.ANIMATED))
     seconds = {"sampling": time.perf_counter() - began}
     limbs.rest(armature)
-    hold(figure, obj, names, truths)
+    hold(figure, obj, truths)
     shapes = {}
     for like, stage_name in (("NOTHING", "posing"), ("RIG", "with examples")):
         obj.meanvalue.pose_like = like
@@ -73,18 +71,18 @@ def carry(figure):
     return obj, truths, shapes, seconds
 
 
-def skinned(obj, armature, names):
+def skinned(obj, armature):
     """[(n, 3)]: where the rig has the mesh in the poses that are asked for."""
     found = []
     for number in range(len(limbs.ASKED)):
-        limbs.bend(armature, names, limbs.ASKED, number)
+        limbs.bend(armature, limbs.ASKED, number)
         found.append(meshes.seen(obj).astype(float))
     return found
 
 
-def hold(figure, obj, names, truths):
+def hold(figure, obj, truths):
     """Adds what holds the mesh, and muted keys with the poses that are asked for."""
-    for name, members in limbs.holds(figure, names).items():
+    for name, members in limbs.holds(figure).items():
         scene_mesh.add_vertex_group(obj, name, members)
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=True)
@@ -103,7 +101,7 @@ def posed(obj, number):
 def errors(figure, truths, shapes):
     """{where: (without, with examples)}: of the whole and around joints, over the figure's height."""
     height = np.ptp(figure.vertices[:, 2])
-    parts = {"off skinning": slice(None), **limbs.joints(figure, limbs.NAMES[figure.stem])}
+    parts = {"off skinning": slice(None), **limbs.joints(figure)}
     return {
         name: tuple(
             np.mean([rms(shape[members], truth[members]) for shape, truth in zip(shapes[like], truths, strict=True)])

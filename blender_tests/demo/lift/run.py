@@ -23,7 +23,7 @@ FEATURED, ICON = (1920, 1080), (256, 256)
 
 def options(argv):
     """The command line after `lift`."""
-    made = common_options.parser("lift", DESCRIPTION, ("octopus",), "there is one subject")
+    made = common_options.parser("lift", DESCRIPTION)
     made.add_argument("--listing", action="store_true", help="only the pictures of the extension's listing")
     return common_options.parse(made, argv)
 

@@ -26,7 +26,7 @@ picture of it at rest and of both poses, all with the modifier on, the .blend fi
 
 def options(argv):
     """The command line after `mirror`."""
-    return common_options.parse(common_options.parser("mirror", DESCRIPTION, ("walker",), "the only figure"), argv)
+    return common_options.parse(common_options.parser("mirror", DESCRIPTION), argv)
 
 
 def blocks(words, empty_scene):

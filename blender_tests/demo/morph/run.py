@@ -8,7 +8,7 @@ import numpy as np
 from support import meshes
 
 from .. import built_in, common_options, pictures, pose, report, row, scene_mesh, stage
-from . import measures, subjects
+from . import subjects
 
 APART = 0.06  # left free between two figures, over the width of the widest
 
@@ -49,10 +49,11 @@ def one(subject, words, empty_scene):
     print(f"{subject.title}: rendering ...", flush=True)
     path = words.output / f"{subject.stem}.png"
     draw(path, subject, [straight, turned], words, empty_scene)
-    rows = measures.rows(subject, straight, turned)
-    rows.append(("baked", baked))
-    rows.append(("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())))
-    rows.append(("files", f"{path.name}, {subject.stem}.blend"))
+    rows = [
+        ("baked", baked),
+        ("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())),
+        ("files", f"{path.name}, {subject.stem}.blend"),
+    ]
     return report.block(subject.title, rows)
 
 

@@ -6,13 +6,12 @@ import time
 import bpy
 import numpy as np
 from mathutils import Matrix
-from support import mesh_files, meshes
+from support import meshes
 
 from .. import common_options, pictures, pose, report, scene_mesh, stage
 from . import figures
 
 BODY_COLOUR = (0.60, 0.42, 0.33)
-MAKERS = {"walker": figures.walker, "makehuman": figures.makehuman}
 
 #: Of the length of the upper arm: how far around a joint the mesh may change, how big a handle is, how far it is moved.
 REACH, GRIP, PUSH = 0.55, 0.11, 0.07
@@ -25,37 +24,15 @@ the add-on's operators. Pictures of skinning alone, of the corrective, and of th
 
 def options(argv):
     """The command line after `rig`."""
-    return options_of("rig", DESCRIPTION, argv)
-
-
-def options_of(demo, description, argv):
-    """The command line of a demo of the bodies."""
-    parser = common_options.parser(demo, description, MAKERS, "just one of the bodies")
+    parser = common_options.parser("rig", DESCRIPTION)
     parser.set_defaults(engine="workbench")  # shows folds best
     return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
-    """The report's lines for each body; makes the files."""
-    return blocks_of(one, words, empty_scene)
-
-
-def blocks_of(one_body, words, empty_scene):
-    """The lines of one_body(figure, words, empty_scene) for each body that was asked for and is there."""
-    found = []
-    for name, make in MAKERS.items():
-        if words.only not in (None, name):
-            continue
-        if name == "makehuman" and not (mesh_files.DATA / "makehuman").is_dir():
-            found.append([f"{name}: left out, {mesh_files.DATA / 'makehuman'} is not there", ""])
-        else:
-            found.append(one_body(make(), words, empty_scene))
-    return found
-
-
-def one(figure, words, empty_scene):
-    """Poses, corrects, draws and measures one body; returns its lines of the report."""
+    """The report's lines; poses, corrects, draws and measures the figure."""
     empty_scene()
+    figure = figures.walker()
     obj, armature = add_body(figure)
     for bone, axis, degrees in figure.turns:
         turn(armature, bone, axis, degrees)
@@ -63,16 +40,16 @@ def one(figure, words, empty_scene):
     began = time.perf_counter()
     missed = correct(figure, obj, skinned)
     seconds = time.perf_counter() - began
-    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"rig_{figure.stem}.blend"), check_existing=False)
-    path = words.output / f"rig_{figure.stem}.png"
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / "rig_walker.blend"), check_existing=False)
+    path = words.output / "rig_walker.png"
     draw(path, figure, obj, armature, words)
     rows = [
         ("vertices, bones", f"{len(figure.vertices):,}, {len(figure.bones)}"),
         ("handles off controls", f"at most {missed:.1e} of the size"),
         ("seconds", f"{seconds:.2f}"),
-        ("files", f"{path.name}, rig_{figure.stem}.blend"),
+        ("files", f"{path.name}, rig_walker.blend"),
     ]
-    return report.block(figure.title, rows)
+    return [report.block("the walking figure", rows)]
 
 
 def add_body(figure):

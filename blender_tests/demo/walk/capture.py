@@ -8,8 +8,6 @@ import bpy
 import numpy as np
 
 from .. import pose, scene_mesh
-from ..example import limbs
-from ..rig import run as rig_run
 
 BODY_COLOUR = (0.52, 0.40, 0.33)
 
@@ -38,7 +36,9 @@ def carry(subject, folder):
     """Makes the mesh in the scene, imports, matches and bakes it, saves the .blend. @throws DemoError."""
     seconds = {}
     blend = folder / f"{subject.stem}.blend"
-    obj = _body(subject)
+    obj = scene_mesh.new_object(subject.stem, subject.vertices, subject.polygons)
+    scene_mesh.shade_smooth(obj)
+    obj.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.55))
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), check_existing=False)
@@ -58,23 +58,6 @@ def carry(subject, folder):
     bpy.context.scene.frame_set(1)
     bpy.ops.wm.save_mainfile()
     return result
-
-
-def _body(subject):
-    """The mesh object; one with a rig has poses of that as examples, if it is to be posed like it."""
-    if subject.rig is None:
-        obj = scene_mesh.new_object(subject.stem, subject.vertices, subject.polygons)
-        scene_mesh.shade_smooth(obj)
-        obj.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.55))
-        return obj
-    obj, armature = rig_run.add_body(subject.rig)
-    obj.name = subject.stem
-    if subject.like == "RIG":
-        names = limbs.NAMES[subject.rig.stem]
-        limbs.animate(armature, names)
-        pose.call(bpy.ops.meanvalue.sample_rig_poses)
-        limbs.rest(armature)
-    return obj
 
 
 def bring_in(subject, obj):

@@ -3,8 +3,6 @@
 
 import numpy as np
 
-from ..example import limbs
-
 WORST = 3
 
 
@@ -66,11 +64,6 @@ def rows(subject, carried):
             result.append(
                 (what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}")
             )
-    if subject.rig is not None:
-        laid = laid_on(carried.shapes, subject.truth)
-        for name, members in limbs.joints(subject.rig, limbs.NAMES[subject.rig.stem]).items():
-            off = np.sqrt((rms(laid[:, members], subject.truth[:, members]) ** 2).mean())
-            result.append((f"  {name}", f"rms {share(off, height)}"))
     rough = roughness(carried.shapes)
     frame, vertex = np.unravel_index(rough.argmax(), rough.shape)
     words = f"vertices at most {mm(rough.max())} (frame {frame + 2}, vertex {vertex})"

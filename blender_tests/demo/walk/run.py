@@ -4,7 +4,7 @@
 import time
 
 from .. import common_options, pictures, report, row
-from . import capture, gait, measures, own_rig, real, strip, subjects
+from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
@@ -26,30 +26,22 @@ def options(argv):
     parser.add_argument(
         "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
     )
-    parser.add_argument("--take", help="of --data only the takes that are called so: pig, or 'pig on man', 'own rig'")
     return common_options.parse(parser, argv)
 
 
 def blocks(words, empty_scene):
     """The report's lines for each subject; makes the files."""
-    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name) and not words.take]
+    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name)]
     result = [one(make, words, empty_scene) for make in makers]
-    if words.data or words.take:
-        for title, (make, find_missing) in of_data().items():
-            if words.take and words.take not in title:
-                continue
-            missing = find_missing(title)
+    if words.data:
+        for title, make in real.MAKERS.items():
+            missing = real.missing(title)
             if missing:
                 print(f"{title}: skipped, there is no {missing}", flush=True)
                 result.append([title, f"  skipped: there is no {missing}", ""])
             else:
                 result.append(one(make, words, empty_scene))
     return result
-
-
-def of_data():
-    """{title: (function that makes the Subject, function to what is missing for it)}."""
-    return {title: (make, module.missing) for module in (real, own_rig) for title, make in module.MAKERS.items()}
 
 
 def one(make, words, empty_scene):

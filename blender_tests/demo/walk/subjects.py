@@ -17,7 +17,6 @@ class Subject:
     vertices (n, 3) metres, Z up; polygons; take, standing: paths of the motion and of the reference; shown: samples of
     the film strip; box: (low (3,), high (3,)) of a seat, or None. Where the truth is known: truth (f, n, 3), markers
     (f, m, 3) without gaps and noise, planted: [(begin, end, vertices)] of feet that stand; height in metres.
-    rig: a rig.figures.Figure that the mesh hangs on, at rest, or None; like: what it is posed like.
     """
 
     title: str
@@ -33,8 +32,6 @@ class Subject:
     truth: np.ndarray = None
     markers: np.ndarray = None
     planted: list = field(default_factory=list)
-    rig: object = None
-    like: str = "NOTHING"
 
     @property
     def height(self):
