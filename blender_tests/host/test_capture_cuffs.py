@@ -41,8 +41,8 @@ def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
         truth = joints[f"knee.{side}"][:, None] + np.einsum("fij,kj->fki", turns[f"shank.{side}"], local)
         assert np.linalg.norm(places(cuff) - truth, axis=2).max() < 1e-3, "the knee's marker goes with the thigh"
         shank = [k for k, name in enumerate(NAMES) if f"shank.{side}" in landmarks.segments_of(name)]
-        held = VERTICES[[*ANCHORS[shank], *cuff.vertices]]
-        angles = np.sort(cuffs.ring_around(cuff.centre, UP, VERTICES, TRIANGLES, held).held)
+        ring = cuffs.ring_around(cuff.centre, UP, VERTICES, TRIANGLES)
+        angles = np.sort(np.arctan2(*ring.ways(VERTICES[[*ANCHORS[shank], *cuff.vertices]])[:, :2].T))
         assert np.diff(np.append(angles, angles[0] + 2.0 * np.pi)).max() < 0.6 * np.pi, "all round"
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads BVH files: each joint and end site becomes a marker, where forward kinematics puts it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The hierarchy of a BVH file."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

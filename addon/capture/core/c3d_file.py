@@ -5,8 +5,6 @@ Header and parameters say most things twice, and files exist where either is wro
 section starts from before a file was edited): what fits the file's size is taken.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@
 Format: "The C3D File Format User Guide", Motion Lab Systems, 2021.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

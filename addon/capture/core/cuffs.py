@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...scene.core.connected import parts
-from ...scene.core.rigid import fit_rotations
+from ...scene.core.rigid import fit_rotations, unit
 from . import landmarks as places
 from .hip_centres import with_hips
 
@@ -64,11 +64,11 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
             continue
         along = (points - middle) @ axis
         middle = middle + 0.5 * (along.min() + along.max()) * axis
-        held = vertices[[anchors[k] for k in members if k < len(anchors)]]
-        ring = ring_around(middle, axis, vertices, triangles, held)
+        ring = ring_around(middle, axis, vertices, triangles)
         if ring is None or ring.radius > THICKEST * np.ptp(along):
             continue  # no limb but a trunk
-        chosen = ring.spread(COUNT, taken)
+        held = [anchors[k] for k in members if k < len(anchors)]
+        chosen = ring.spread(vertices, held, taken)
         if len(chosen) == COUNT:
             taken |= set(chosen)
             centre = vertices[chosen].mean(axis=0)
@@ -89,53 +89,48 @@ def _motion(rest, moving):
     return turns, centres, float(np.sqrt(squares.mean())) if len(squares) else np.inf
 
 
+@dataclass(frozen=True, eq=False)
 class Ring:
-    """Vertices around `centre`: numbers (k,), and angles (k,) about an axis.
+    """Vertices `numbers` (k,) around `centre` (3,), `radius` from it on average, across `axis` (3,)."""
 
-    radius: how far they are from the centre on average; held: angles (h,) of what is held beside it.
-    """
+    numbers: np.ndarray
+    centre: np.ndarray
+    axis: np.ndarray
+    radius: float
 
-    def __init__(self, numbers, points, axis, held):
-        self.centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        self.numbers = numbers
-        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-        self._across = np.stack([across, np.cross(axis, across)], axis=1) / np.linalg.norm(across)
-        self.radius = float(np.linalg.norm((points - self.centre) @ self._across, axis=1).mean())
-        self.angles, self.held = self._angles(points), self._angles(held)
+    def ways(self, points):
+        """(p, 3) unit: from the axis to points (p, 3)."""
+        away = points - self.centre
+        return unit(away - np.outer(away @ self.axis, self.axis))
 
-    def spread(self, count, taken):
-        """At most `count` vertices, none of `taken`, as far round from each other and from what is held as can be."""
-        free = np.array([number not in taken for number in self.numbers])
-        numbers, angles, held = self.numbers[free], self.angles[free], list(self.held)
+    def spread(self, vertices, held, taken):
+        """At most COUNT of the ring's vertices, none of `taken`, as far round from each other and from the vertices
+        `held`, which are beside the ring, as can be. vertices  (n, 3)."""
+        free = self.numbers[[number not in taken for number in self.numbers]]
         chosen = []
-        for _ in range(min(count, len(numbers))):
-            gaps = np.min([_apart(angles, angle) for angle in held], axis=0) if held else np.ones(len(numbers))
-            if not gaps.max() > 0.0:
+        while len(chosen) < min(COUNT, len(free)):
+            others = self.ways(vertices[[*held, *chosen]])
+            apart = np.linalg.norm(self.ways(vertices[free])[:, None] - others, axis=2).min(axis=1, initial=2.0)
+            if not apart.max() > 0.0:
                 break
-            best = int(gaps.argmax())
-            chosen.append(int(numbers[best]))
-            held.append(angles[best])
+            chosen.append(int(free[apart.argmax()]))
         return chosen
 
-    def _angles(self, points):
-        x, y = ((points - self.centre) @ self._across).T
-        return np.arctan2(y, x)
 
-
-def ring_around(middle, axis, vertices, triangles, held):
+def ring_around(middle, axis, vertices, triangles):
     """The `Ring` where the plane through `middle` (3,) across `axis` (3,) cuts the mesh: the nearest one, or None.
 
-    vertices  (n, 3); triangles  (t, 3); held  (h, 3) points that are held beside the plane.
+    vertices  (n, 3); triangles  (t, 3).
     """
     is_above = (vertices - middle) @ axis > 0.0
     cut = triangles[is_above[triangles].any(axis=1) & ~is_above[triangles].all(axis=1)]
     part = parts(np.concatenate([cut[:, :2], cut[:, 1:]]), len(vertices))
     numbers = np.unique(cut)
-    around = [numbers[part[numbers] == first] for first in np.unique(part[numbers])]
-    rings = [Ring(numbers, vertices[numbers], axis, held) for numbers in around]
-    rings = [ring for ring in rings if ring.radius > 0.0]
+    rings = []
+    for first in np.unique(part[numbers]):
+        around = numbers[part[numbers] == first]
+        points = vertices[around]
+        centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        radius = float(np.linalg.norm(np.cross(axis, points - centre), axis=1).mean())
+        rings.append(Ring(around, centre, axis, radius))
     return min(rings, key=lambda ring: np.linalg.norm(ring.centre - middle), default=None)
-
-
-def _apart(angles, angle):
-    return np.abs((angles - angle + np.pi) % (2.0 * np.pi) - np.pi)

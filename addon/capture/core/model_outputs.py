@@ -5,8 +5,6 @@ A C3D file tells by parameters of its group POINT: ANGLES, FORCES, ... hold labe
 else shows by the names alone.
 """
 
-from __future__ import annotations
-
 import re
 
 #: Parameter of POINT that lists labels -> what they are.

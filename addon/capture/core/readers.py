@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads a motion capture file of any known format."""
 
-from __future__ import annotations
-
 import os
 import pathlib
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A take, where each marker was in each frame, and what all formats have in common on the way to it."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass, field
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Text files of motion capture: decoding, lines with their numbers, and rows of numbers."""
 
-from __future__ import annotations
-
 import io
 import math
 from array import array

@@ -5,8 +5,6 @@ Line 1 names the format, 2 and 3 are keys and values, 4 the labels, one every th
 then a row for each frame, with its number and time before the coordinates. Blank cells are missing samples.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

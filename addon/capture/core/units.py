@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Units of length and upright axes of motion capture files: what they are called, and plausible guesses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 #: Frames that are enough to guess by.
