@@ -22,18 +22,24 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
     notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
-    path = pathlib.Path(path)
-    reader = _READERS.get(path.suffix.lower())
+    return read_by(_READERS, path, up_axis, unit)
+
+
+def read_by(readers, path, *options):
+    """What the one of readers, {suffix: function of (bytes, name, *options)}, for the suffix of a file makes of it.
+
+    Raises as read().
+    """
+    path, wanted = pathlib.Path(path), f"one of {', '.join(readers)}"
+    reader = readers.get(path.suffix.lower())
     try:
         if path.is_dir():
-            raise MotionFileError(f"{path}: this is a folder. Choose a file in it: one of {', '.join(SUFFIXES)}")
+            raise MotionFileError(f"{path}: this is a folder. Choose a file in it: {wanted}")
         if reader is None:
-            raise MotionFileError(
-                f"{path.name}: what ends in '{path.suffix}' is not read. Export the motion as {', '.join(SUFFIXES)}"
-            )
+            raise MotionFileError(f"{path.name}: what ends in '{path.suffix}' is not read. Export it as {wanted}")
         if not path.is_file():  # a pipe or a device would never end
-            raise MotionFileError(f"{path}: there is no such file. Choose one of {', '.join(SUFFIXES)}")
-        return reader(path.read_bytes(), path.name, up_axis, unit)
+            raise MotionFileError(f"{path}: there is no such file. Choose {wanted}")
+        return reader(path.read_bytes(), path.name, *options)
     except OSError as error:
         raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
     except MemoryError:

@@ -4,12 +4,12 @@
 import csv
 import json
 import math
-import pathlib
 from dataclasses import dataclass
 
 import numpy as np
 
 from ... import wording
+from ...capture.core.readers import read_by
 from ...capture.core.text_lines import Lines, decoded, number_in, quoted
 from ...errors import MotionFileError
 from .key_names import folded
@@ -50,18 +50,7 @@ def read(path, rate_hz=None):
 
     @throws MotionFileError with the file's name, the line and a remedy.
     """
-    path = pathlib.Path(path)
-    reader = {".csv": parse_csv, ".json": parse_json}.get(path.suffix.lower())
-    if reader is None:
-        raise MotionFileError(f"{path.name}: it is neither CSV nor JSON. Export the values as one of {SUFFIXES}")
-    try:
-        if not path.is_file():
-            raise MotionFileError(f"{path}: there is no such file. Choose one of {SUFFIXES}")
-        return reader(path.read_bytes(), path.name, rate_hz)
-    except OSError as error:
-        raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
-    except MemoryError:
-        raise MotionFileError(f"{path}: the memory is too small for this file. Export a shorter range") from None
+    return read_by({".csv": parse_csv, ".json": parse_json}, path, rate_hz)
 
 
 def parse_csv(data, file, rate_hz=None):
