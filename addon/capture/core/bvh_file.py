@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import MotionFileError
-from . import units
-from .bvh_hierarchy import HierarchyReader, Joint
+from . import bvh_hierarchy, units
+from .bvh_hierarchy import Joint
 from .recording import Recording, Take, usable_rate
 from .text_lines import Lines, number_in, quoted
 
@@ -16,7 +16,7 @@ from .text_lines import Lines, number_in, quoted
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The joints of a BVH file of that content as markers; `file` is its name. Raises MotionFileError."""
     lines = Lines(data, file)
-    joints, channels = HierarchyReader(lines).read()
+    joints, channels = bvh_hierarchy.read(lines)
     frames, rate = _motion_header(lines)
     notes = []
     motion = lines.table([(number, " ".join(row.split())) for number, row in lines.filled()], channels, frames, notes)
