@@ -75,7 +75,7 @@ def a_limb_is_suggested_and_shown_before_the_press(ui):
     arm = [(0.3 * min(1.0, 0.2 + 2.0 * way), 6.0 - way) for way in np.linspace(0.0, 4.0, 60)]
     body = [(2.0 * np.sin(turn), 2.0 * np.cos(turn)) for turn in np.linspace(0.2, np.pi - 0.1, 30)]
     angles = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    places = [(x, radius * np.sin(a), radius * np.cos(a)) for radius, x in arm + body for a in angles]
+    places = [(-x, radius * np.sin(a), radius * np.cos(a)) for radius, x in arm + body for a in angles]
     quads = [[32 * row + k, 32 * row + (k + 1) % 32] for row in range(89) for k in range(32)]
     meshes.activate(meshes.make_object(places, [(*low, low[1] + 32, low[0] + 32) for low in quads], "Ball"))
     ui.remember()
@@ -84,14 +84,14 @@ def a_limb_is_suggested_and_shown_before_the_press(ui):
     yield from ui.move_mouse(*ui.project((0.0, -1.9, 0.0)))
     yield from ui.pause(1.0)
     yield from ui.screenshot("grab_hover_body")
-    start = ui.project((5.7, -0.3, 0.0))
+    start = ui.project((-5.7, -0.3, 0.0))  # away from the sidebar
     hover = installed.part("posing.operators.hover")
     yield from ui.move_mouse(*start)
-    yield from ui.wait_until(lambda: hover._found is not None and hover._found.place.x > 5.0, "it is shown")
+    yield from ui.wait_until(lambda: hover._found is not None and hover._found.place.x < -5.0, "it is shown")
     assert abs(hover._found.size * whole - 3.7) < 0.6, hover._found.size * whole
     yield from ui.screenshot("grab_hover_arm")
     body, arm = (ui.picture(f"grab_hover_{name}")[..., :3] for name in ("body", "arm"))
-    x, y = ui.project((5.0, -0.3, 0.0))
+    x, y = ui.project((-5.0, -0.3, 0.0))
     assert (arm - body)[y, x, 2] > (arm - body)[y, x, 0] + 0.05, "the arm is tinted"
     yield from grab.drag_open(ui, start, 0, 60)
     yield from grab.turn_wheel(ui, 'WHEELDOWNMOUSE', 1)
