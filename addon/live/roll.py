@@ -12,6 +12,7 @@ from . import render_notes
 
 kinds = []  # classes of followers
 _followers = {}  # identity of the object: its follower
+_are_waited_for = False  # objects that ask to follow and cannot yet, as linked ones until they are made local
 
 
 def kinds_on(obj):
@@ -46,7 +47,7 @@ def note(obj):
 
 
 def has_any():
-    return bool(_followers)
+    return _are_waited_for or bool(_followers)
 
 
 def forget():
@@ -68,10 +69,12 @@ def _kind(obj):
 
 def search():
     """Finds the live objects, whatever they are called by now; keeps what is known of them."""
-    known = dict(_followers)
+    global _are_waited_for
+    known, _are_waited_for = dict(_followers), False
     _followers.clear()
     for obj in bpy.data.objects:
         kind = _kind(obj)
+        _are_waited_for |= kind is None and obj.type == 'MESH' and bool(kinds_on(obj))
         if kind is not None:
             follower = known.get(identity(obj))
             if type(follower) is kind:

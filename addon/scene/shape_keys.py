@@ -106,22 +106,27 @@ def ensure_result_key(obj):
 
     Returns notes on what else had to change, as sentences.
     """
-    settings, key = obj.meanvalue, result(obj)
+    settings, key = obj.meanvalue, result(obj) or _unmarked(obj)
     if key is None:
         key = add_shape(obj, settings.result_key, rest_positions(obj.data))
+    if key != result(obj):
         pose_key.adopt(settings, key)
     key_marks.claim(key)
     settings.result_name = key.name
-    keys = obj.data.shape_keys
-    show_fully(keys, key)
-    notes = []
+    show_fully(obj.data.shape_keys, key)
     if obj.meanvalue.baked.target:
         turn_off(key)  # else the mesh would be moved twice
-        notes.append(why_result_is_hidden(obj))
-    active = obj.active_shape_key
-    if obj.show_only_shape_key and key != active:
-        notes.append(f"'{active.name}' is pinned: turn off Shape Key Lock to see '{key.name}'")
-    return notes
+    why_hidden = why_result_is_hidden(obj)
+    return [why_hidden] if why_hidden else []
+
+
+def _unmarked(obj):
+    """The result whose mark is gone, as where Range Min was set by hand: it has its name, and what was written last."""
+    keys, settings = obj.data.shape_keys, obj.meanvalue
+    key = keys.key_blocks.get(settings.result_name) if keys is not None else None
+    if key is None or key_marks.role(key) is not None:
+        return None
+    return key if keys.get(WRITTEN) == _digest(settings.result_mark, positions(key)) else None
 
 
 def made_names(obj):
@@ -143,7 +148,7 @@ def write_positions(mesh, key, shape):
     store, attribute = compat.key_store(key)
     store.foreach_set(attribute, shape.ravel())
     if key_marks.role(key) == Role.POSE:
-        mesh.shape_keys[WRITTEN] = _digest(key, shape)
+        mesh.shape_keys[WRITTEN] = _digest(key.slider_min, shape)
     # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
     mesh.shape_keys.update_tag()
 
@@ -157,9 +162,9 @@ def write_result(obj, result):
     return [*notes, note] if note else notes
 
 
-def _digest(key, shape):
+def _digest(mark, shape):
     """Of n x 3 float32 and the mark of their key: text, as a datablock keeps it."""
-    return f"{key.slider_min:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint32)}"
+    return f"{mark:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint32)}"
 
 
 def keep_edit(obj, held, ours=None):
@@ -169,7 +174,8 @@ def keep_edit(obj, held, ours=None):
     top of the pose, else all of it is kept at value 0. Returns (what the result holds now, a note or None).
     """
     key, written = result(obj), obj.data.shape_keys.get(WRITTEN, "") if obj.data.shape_keys else ""
-    is_ours = key is None or written.split(" ")[0] != f"{key.slider_min:.9g}" or written == _digest(key, held)
+    is_known = key is not None and written.startswith(f"{key.slider_min:.9g} ")
+    is_ours = not is_known or written == _digest(key.slider_min, held)
     fits = ours is not None and len(ours) == len(held)
     if is_ours or not (fits or obj.active_shape_key == key) or not np.isfinite(held).all():
         return held, None

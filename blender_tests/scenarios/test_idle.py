@@ -59,19 +59,19 @@ def duplicate(obj):
     return bpy.context.object
 
 
-def append(obj, path):
+def append(obj, path, link=False):
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     bpy.data.objects.remove(obj.meanvalue.handles["Top"].control)
     bpy.data.objects.remove(obj)
     handles.update()
-    with bpy.data.libraries.load(str(path)) as (there, wanted):
+    with bpy.data.libraries.load(str(path), link=link) as (there, wanted):
         wanted.objects = there.objects
     for each in wanted.objects:
         bpy.context.collection.objects.link(each)
     return next(each for each in wanted.objects if each.type == 'MESH')
 
 
-@pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "undone"])
+@pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "made local", "undone"])
 def test_what_becomes_live_is_noticed(how, tmp_path, part):
     obj, _control = handles.tube(live=how != "turned on")
     handles.update()
@@ -83,6 +83,13 @@ def test_what_becomes_live_is_noticed(how, tmp_path, part):
         obj = duplicate(obj)
     elif how == "appended":
         obj = append(obj, tmp_path / "live.blend")
+    elif how == "made local":
+        obj = append(obj, tmp_path / "live.blend", link=True)
+        handles.update()
+        part("scene.object_model").clear()
+        name = obj.name
+        bpy.ops.object.make_local(type='ALL')
+        obj = bpy.data.objects[name]
     else:
         part("handlers").meanvalue_look_again()
     handles.update()

@@ -53,6 +53,20 @@ def test_what_has_the_name_of_the_pose_by_chance_is_the_artist_s():
     assert obj.meanvalue.result_key == "Mean-Value.001"
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_a_pose_whose_range_min_was_set_is_posed_on(live):
+    obj, control = posed()
+    obj.meanvalue.live = live
+    before = meshes.seen(obj)
+    for key in blocks(obj):
+        key.slider_min = -1.0  # as for all keys at once
+    move(control, (0.3, 0.0, 0.0))
+    move(control, (-0.3, 0.0, 0.0))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert blocks(obj).keys() == ["Basis", "Mean-Value"] and np.abs(meshes.seen(obj) - before).max() < 2e-3
+
+
 def test_copies_of_the_pose_are_the_artist_s():
     obj, control = posed()
     before = handles.shown(obj)

@@ -98,6 +98,16 @@ def test_a_vertex_of_two_handles_is_kept_by_both(tube):
     assert [each.name for each in tube.data.attributes if each.name.startswith("meanvalue")] == names[:1]
 
 
+@pytest.mark.parametrize("kind", [('FLOAT', 'POINT'), ('FLOAT2', 'CORNER')])
+def test_an_attribute_of_another_kind_is_left_alone(tube, kind):
+    tube.data.attributes.remove(tube.data.attributes["meanvalue_handles"])
+    tube.data.attributes.new("meanvalue_handles", *kind)
+    make(tube, "Ring", RING)
+    assert [steps.held(tube, each.name) for each in tube.meanvalue.handles] == [[], [], [*RING]]
+    other = tube.data.attributes["meanvalue_handles"]
+    assert (other.data_type, other.domain) == kind
+
+
 def test_names_are_unique(tube):
     tube.meanvalue.handles["Head"].name = "Feet"
     assert [handle.name for handle in tube.meanvalue.handles] == ["Feet.001", "Feet"]

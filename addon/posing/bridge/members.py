@@ -82,7 +82,8 @@ def give(obj, handle, vertices):
         is_owned = np.isin(marks, own)
         held, marks = held[is_owned], marks[is_owned] % PER_LAYER
         free = set(range(layer * PER_LAYER + 1, (layer + 1) * PER_LAYER)) - taken
-        if free and not np.isin(vertices, held).any():
+        is_others = _name(layer) in mesh.attributes and _attribute(mesh, layer) is None
+        if free and not is_others and not np.isin(vertices, held).any():
             break
     handle.mark = min(free)
     pairs = np.zeros((len(mesh.vertices), 2), np.float32)
@@ -106,7 +107,10 @@ def _name(layer):
 
 
 def _attribute(mesh, layer):
-    return mesh.attributes.get(_name(layer))
+    """None where there is none, or what has its name is another's."""
+    found = mesh.attributes.get(_name(layer))
+    is_ours = found is not None and (found.data_type, found.domain) == ('FLOAT2', 'POINT')
+    return found if is_ours else None
 
 
 def _marked(mesh, layer):
