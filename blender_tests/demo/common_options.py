@@ -6,14 +6,14 @@ import os
 from pathlib import Path
 
 
-def parser(name, description, subjects=(), only=""):
+def parser(name, description, subjects=(), only="", engine="cycles"):
     """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes, if there are any; only: its help."""
     made = argparse.ArgumentParser(prog=f"./dev demo {name}", description=description, allow_abbrev=False)
-    add_options(made, subjects, only, samples=16)
+    add_options(made, subjects, only, samples=16, engine=engine)
     return made
 
 
-def add_options(made, subjects, only, samples):
+def add_options(made, subjects, only, samples, engine="cycles"):
     made.add_argument(
         "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
     )
@@ -22,7 +22,7 @@ def add_options(made, subjects, only, samples):
     made.add_argument(
         "--engine",
         choices=("cycles", "workbench"),
-        default="cycles",
+        default=engine,
         help="workbench is quicker and plainer; default: %(default)s",
     )
     made.add_argument(

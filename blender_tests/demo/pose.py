@@ -114,13 +114,7 @@ def anchor_indices(obj, group_names):
 
 def group_indices(obj, name):
     """Ascending indices of the vertices of weight above 0 in one vertex group."""
-    group = obj.vertex_groups[name].index
-    members = [
-        vertex.index
-        for vertex in obj.data.vertices
-        if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
-    ]
-    return np.array(members, dtype=int)
+    return np.array(steps.members(obj, name), dtype=int)
 
 
 def result_key(obj):

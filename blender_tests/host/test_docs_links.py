@@ -86,11 +86,6 @@ def test_every_page_is_in_the_menu_of_the_site():
         assert name in named or re.match(r"decisions/\d", name), f"{name} is in no menu: packaging/site/mkdocs.yml"
 
 
-def test_every_decision_is_listed():
-    listed = links((DOCS / "decisions" / "README.md").read_text("utf-8"))
-    assert sorted(listed) == sorted(path.name for path in (DOCS / "decisions").glob("0*.md"))
-
-
 def test_every_picture_is_shown_somewhere():
     shown = {target for page in PAGES for target in links(page.read_text("utf-8")) if "pictures/" in target}
     assert {path.name for path in (DOCS / "pictures").iterdir()} == {pathlib.Path(target).name for target in shown}

@@ -98,12 +98,6 @@ def test_changed_region_binds_again_by_itself(grid):
     assert np.array_equal(rest[fixed], result[fixed])
 
 
-def test_region_of_every_vertex_is_no_change(grid):
-    steps.add_group(grid, "All", range(25))
-    grid.meanvalue.roi_group = "All"
-    assert steps.is_bound(grid)
-
-
 def test_another_group_with_the_same_vertices_is_no_change(grid):
     steps.add_group(grid, "Also the tip", [24])
     grid.meanvalue.handles[1].name = "Also the tip"

@@ -5,6 +5,7 @@ import bpy
 import pytest
 from support import meshes, steps
 from support.snapshot import assert_same, snapshot
+from support.steps import members
 
 MIDDLE = 12
 AROUND = [7, 11, 12, 13, 17]
@@ -15,15 +16,6 @@ def grid_with_handle(members=(MIDDLE,)):
     obj = meshes.grid()
     steps.list_anchors(obj, Handle=members)
     return obj
-
-
-def members(obj, name):
-    group = obj.vertex_groups[name].index
-    return [
-        vertex.index
-        for vertex in obj.data.vertices
-        if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
-    ]
 
 
 def grow(**options):

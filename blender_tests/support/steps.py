@@ -17,6 +17,16 @@ def add_group(obj, name, indices, weight=1.0):
     return group
 
 
+def members(obj, name):
+    """Ascending indices of the vertices of weight above 0 in a vertex group."""
+    group = obj.vertex_groups[name].index
+    return [
+        vertex.index
+        for vertex in obj.data.vertices
+        if any(element.group == group and element.weight > 0.0 for element in vertex.groups)
+    ]
+
+
 def add_weights(obj, name, weights):
     """A vertex group of the vertices with a weight above 0, of one for each vertex."""
     group = obj.vertex_groups.new(name=name)

@@ -24,9 +24,7 @@ examples and with ten poses of its rig. Pictures of skinning, of the pose withou
 
 def options(argv):
     """The command line after `example`."""
-    parser = common_options.parser("example", DESCRIPTION)
-    parser.set_defaults(engine="workbench")  # shows folds best
-    return common_options.parse(parser, argv)
+    return common_options.parse(common_options.parser("example", DESCRIPTION, engine="workbench"), argv)
 
 
 def blocks(words, empty_scene):

@@ -24,9 +24,7 @@ the add-on's operators. Pictures of skinning alone, of the corrective, and of th
 
 def options(argv):
     """The command line after `rig`."""
-    parser = common_options.parser("rig", DESCRIPTION)
-    parser.set_defaults(engine="workbench")  # shows folds best
-    return common_options.parse(parser, argv)
+    return common_options.parse(common_options.parser("rig", DESCRIPTION, engine="workbench"), argv)
 
 
 def blocks(words, empty_scene):
