@@ -41,11 +41,12 @@ def find(keys, mark, name=""):
 
 
 def of_role(keys, *roles):
-    """Those that have one of the roles, of several with the same mark the first."""
+    """Those that have one of the roles; of several with the same mark, which a new key of a former name has too, the
+    first, but of kept ones all."""
     found = {}
     for key in keys.key_blocks if keys is not None else ():
         if role(key) in roles:
-            found.setdefault(key.slider_min, key)
+            found.setdefault(key.name if role(key) == Role.KEPT else key.slider_min, key)
     return list(found.values())
 
 

@@ -5,14 +5,15 @@ import bpy
 import numpy as np
 
 from .. import compat
-from . import mesh_arrays
+from . import mesh_arrays, subject
 from .core import motion
 from .core.rigid import unit
 from .core.surface import Surface
 
 
 def follow(obj, rest, posed):
-    """Moves the hair of a mesh whose rest shape, n x 3, becomes another, as its triangles at the roots are moved."""
+    """Moves the hair of a mesh whose rest shape, n x 3, becomes another, as its triangles at the roots are moved.
+    @throws SceneError before anything is changed."""
     hairs = {hair.data: hair for hair in bpy.data.objects if hair.type == 'CURVES' and hair.data.surface == obj}
     hairs = [hair for hair in hairs.values() if hair.data.library is None and len(hair.data.curves)]
     triangles = mesh_arrays.triangles(obj.data, rest)
@@ -20,7 +21,7 @@ def follow(obj, rest, posed):
         return
     surfaces = Surface(rest, triangles), Surface(posed, triangles)
     for hair in hairs:
-        to_surface = np.linalg.inv(np.array(obj.matrix_world)) @ np.array(hair.matrix_world)
+        to_surface = np.linalg.inv(subject.to_world(obj)) @ subject.to_world(hair)
         points = motion.apply(to_surface, mesh_arrays.coordinates(hair.data.position_data, "vector"))
         starts = np.empty(len(hair.data.curve_offset_data), np.int32)
         hair.data.curve_offset_data.foreach_get("value", starts)

@@ -89,11 +89,12 @@ def is_pressable(obj, context):
 @contextlib.contextmanager
 def where_shown(obj):
     """Timers and handlers act in the first window's scene. Inside, the context is that of a window that has `obj`."""
-    windows = [each for each in bpy.context.window_manager.windows if obj.name in each.view_layer.objects]
-    if not windows or obj.name in bpy.context.view_layer.objects:
+    windows = bpy.context.window_manager.windows
+    if len(windows) < 2 or obj.visible_get():  # looking names up goes through all objects
         yield
         return
-    with bpy.context.temp_override(window=windows[0]):
+    shown = [each for each in windows if obj.name in each.view_layer.objects]
+    with bpy.context.temp_override(window=shown[0]) if shown else contextlib.nullcontext():
         yield
 
 
