@@ -29,7 +29,7 @@ import numpy as np
 
 from .. import compat
 from ..errors import MeanValueError
-from . import shape_keys
+from . import shape_keys, vertex_groups
 
 #: How long an object has to be left alone before what only shows it reads it again.
 QUIET_SECONDS = 0.3
@@ -230,8 +230,8 @@ def known_models(obj=None):
 
 
 def has_any():
-    """Whether any object was asked for since loading or undo."""
-    return bool(_models)
+    """Whether anything is known of any object since loading or undo."""
+    return bool(_models) or vertex_groups.knows()
 
 
 def edited(obj):
@@ -249,6 +249,7 @@ def quiet_in():
 
 def clear():
     _models.clear()
+    vertex_groups.clear()
 
 
 def _keep_arrays_of(model, obj):

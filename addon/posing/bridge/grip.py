@@ -72,17 +72,18 @@ class Grip:
             self._size_before = handle.size
         self.handle_name = handle.name
         self._rest_of_region = self._limb = self._around = None
-        if self.is_new:
-            self.resize(obj, size)
-        bpy.context.view_layer.update()  # a control that was just made has its place only after this
+        with engine.held():
+            if not obj.meanvalue.live:  # before the region is written: to Blender any setting is an edit of the mesh
+                obj.meanvalue.live = True
+            if self.is_new:
+                self.resize(obj, size)
+            bpy.context.view_layer.update()  # a control that was just made has its place only after this
         self._start = control_places.world_of(self.handle(obj))
         self._seen = shown_shape.positions(obj)
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
             self._pivot = np.array(obj.matrix_world @ Vector(self._seen[vertex].tolist()))
         self._channels = _channels(self.handle(obj))
-        if not obj.meanvalue.live:
-            obj.meanvalue.live = True
 
     def handle(self, obj):
         """@throws SceneError if it is gone."""

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The vertex group that is the region of influence, and how far it grows from a handle."""
 
+import bpy
 import numpy as np
 
 from ... import ids
 from ...errors import SceneError
+from ...live import engine
 from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from ...solver import native_loader
@@ -62,6 +64,8 @@ def weights(obj):
     """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
     missing."""
     name = obj.meanvalue.roi_group
+    if vertex_groups.knows(obj):
+        bpy.context.view_layer.update()  # Blender has told of all edits then
     found = vertex_groups.weights(obj, [name]).get(name)
     return np.zeros(len(obj.data.vertices)) if found is None else found
 
@@ -137,7 +141,9 @@ def seeds_of(obj, handle):
 
 def write(obj, weights):
     """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed."""
-    vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
+    with engine.held():
+        vertex_groups.write(obj, own_group(obj), np.asarray(weights, np.float64))
+    obj.update_tag(refresh={'OBJECT'})  # for Live; without, the mesh too is told of as edited
 
 
 def radius(obj, size):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From an object and its settings to the arrays that the solver works on, or to a message why that cannot be."""
 
+import bpy
 import numpy as np
 
 from ... import compat, ids
@@ -101,6 +102,8 @@ def gather(obj, reading=None, to_bind=True):
     reading: a HandleReading since which the object was not edited, left alone if it does not fit
     """
     require_handles(obj)
+    if reading is None and vertex_groups.knows(obj):
+        bpy.context.view_layer.update()  # Blender has told of all edits then
     if reading is None or not reading.fits(obj):
         reading = HandleReading(obj)
     corners, starts = reading.faces

@@ -33,7 +33,7 @@ def turned(obj):
         follower.take_back(obj)
     if obj.meanvalue.live:
         roll.turned_on(obj, next(kind for kind in (*stand_ins, Follower) if kind.asks_for(obj)))
-    obj.update_tag()
+    obj.update_tag(refresh={'OBJECT'})  # without, the mesh too is told of as edited
 
 
 class Follower(Following):
