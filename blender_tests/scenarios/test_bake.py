@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from support import armatures, bent_limb, handles, installed, marked_tube, meshes, steps
+from support import armatures, bent_limb, handles, installed, libraries, marked_tube, meshes, steps
 from support.baking import FRAMES, animated_tube, bake, curves, key_control, played, rest, rows, save
 
 # -- what plays ------------------------------------------------------------------------------------------------------
@@ -201,10 +201,8 @@ def test_it_links(saved, tmp_path):
     save(tmp_path)
     solved = rows(path)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    with bpy.data.libraries.load(str(tmp_path / "scene.blend"), link=True) as (_there, here):
-        here.objects = ["Tube"]
-    bpy.context.scene.collection.objects.link(here.objects[0])
-    assert np.array_equal(played(here.objects[0], [1, 6, FRAMES]), solved[[0, 5, FRAMES - 1]])
+    (obj,) = libraries.load(tmp_path / "scene.blend", "objects", ["Tube"], link=True)
+    assert np.array_equal(played(obj, [1, 6, FRAMES]), solved[[0, 5, FRAMES - 1]])
 
 
 # -- what moves the handles ------------------------------------------------------------------------------------------

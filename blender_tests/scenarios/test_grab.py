@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, handles, installed, meshes, posed_rigs, rigs, steps
+from support import bent_limb, handles, installed, libraries, meshes, posed_rigs, rigs, steps
 from support.sheets import BESIDE, COLUMNS, MIDDLE, grab, lift, pin, region_weights, sheet
 from support.snapshot import assert_same, snapshot
 
@@ -117,12 +117,7 @@ def test_a_mesh_that_another_live_object_poses_is_refused_before_anything_is_mad
 
 
 def test_a_control_that_is_linked_is_not_dragged(tmp_path):
-    path = str(tmp_path / "library.blend")
-    bpy.data.libraries.write(path, {bpy.data.objects.new("Far", None)})
-    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
-        wanted.objects = ["Far"]
-    control = wanted.objects[0]
-    bpy.context.collection.objects.link(control)
+    control = libraries.linked(tmp_path, bpy.data.objects.new("Far", None), "objects")
     obj = sheet()
     steps.add_group(obj, "Hand", [MIDDLE])
     handle = obj.meanvalue.handles.add()

@@ -6,7 +6,7 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, libraries, meshes, steps
 from support.handles import TOP, follows
 
 
@@ -64,11 +64,7 @@ def append(obj, path, link=False):
     bpy.data.objects.remove(obj.meanvalue.handles["Top"].control)
     bpy.data.objects.remove(obj)
     handles.update()
-    with bpy.data.libraries.load(str(path), link=link) as (there, wanted):
-        wanted.objects = there.objects
-    for each in wanted.objects:
-        bpy.context.collection.objects.link(each)
-    return next(each for each in wanted.objects if each.type == 'MESH')
+    return next(each for each in libraries.load(path, "objects", link=link) if each.type == 'MESH')
 
 
 @pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "made local", "undone"])

@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from support import armatures, handles, installed, meshes, steps
+from support import armatures, handles, installed, libraries, meshes, steps
 from support.handles import BOTTOM, TOP, is_at_rest, move, rest, shown, update
 
 #: Two answers that are both converged differ no more, as a share of the bounding-box diagonal (about 10 here).
@@ -188,11 +188,7 @@ def test_taken_into_another_file(tmp_path, link):
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
     installed.enable()
-    with bpy.data.libraries.load(path, link=link) as (there, here):
-        here.objects = list(there.objects)
-    for each in here.objects:
-        bpy.context.collection.objects.link(each)
-    obj = next(each for each in here.objects if each.type == 'MESH')
+    obj = next(each for each in libraries.load(path, "objects", link=link) if each.type == 'MESH')
     update()
     move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
     if link:

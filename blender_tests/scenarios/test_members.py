@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, libraries, meshes, steps
 from support.handles import BOTTOM, TOP
 
 RING = range(64, 72)
@@ -125,9 +125,7 @@ def test_appended_and_linked_duplicates_keep_them(tube, tmp_path):
     bpy.ops.meanvalue.remove_handle()
     assert [steps.held(twin, handle.name) for handle in twin.meanvalue.handles] == [[*TOP], [*BOTTOM], [*RING]]
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "made.blend"), copy=True)
-    with bpy.data.libraries.load(str(tmp_path / "made.blend")) as (_there, wanted):
-        wanted.objects = ["Tube"]
-    (obj,) = wanted.objects
+    (obj,) = libraries.load(tmp_path / "made.blend", "objects", ["Tube"])
     assert [steps.held(obj, handle.name) for handle in obj.meanvalue.handles] == [[*TOP]]
 
 

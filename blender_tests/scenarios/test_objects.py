@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, libraries, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -93,10 +93,7 @@ def test_a_mesh_that_is_appended_alone_keeps_its_handles(tmp_path, status):
     for _time in range(2):
         for each in list(bpy.data.objects):
             bpy.data.objects.remove(each)
-        with bpy.data.libraries.load(path) as (_, wanted):
-            wanted.objects = ["Tube"]
-        obj = wanted.objects[0]
-        bpy.context.collection.objects.link(obj)
+        (obj,) = libraries.load(path, "objects", ["Tube"])
         meshes.activate(obj)
         posed = handles.shown(obj)
         steps.add_handle(obj, "Middle", handles.MIDDLE, pin=True)

@@ -7,7 +7,7 @@ import pathlib
 import bpy
 import numpy as np
 import pytest
-from support import installed, meshes, steps
+from support import installed, libraries, meshes, steps
 
 FILES = pathlib.Path(__file__).parent.parent / "files"
 RECORDED = json.loads((FILES / "version_0_1.json").read_text())["objects"]
@@ -137,10 +137,7 @@ def test_bakes_play_and_captures_are_solved(opened, name):
 
 
 def test_appended_objects_are_carried_over():
-    with bpy.data.libraries.load(str(FILES / "version_0_1.blend")) as (_source, wanted):
-        wanted.objects = ["Kept"]
-    obj = bpy.data.objects["Kept"]
-    bpy.context.collection.objects.link(obj)
+    (obj,) = libraries.load(FILES / "version_0_1.blend", "objects", ["Kept"])
     bpy.context.view_layer.update()
     assert [handle.name for handle in obj.meanvalue.handles] == [each["name"] for each in RECORDED["Kept"]["handles"]]
 

@@ -3,7 +3,7 @@
 
 import bpy
 import pytest
-from support import baking, handles, installed, meshes, steps
+from support import baking, handles, installed, libraries, meshes, steps
 from support.rigs import update
 
 
@@ -14,10 +14,8 @@ def override(tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
     installed.enable()
-    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
-        wanted.objects = ["Character"]
-    bpy.context.collection.objects.link(wanted.objects[0])
-    obj = wanted.objects[0].override_create(remap_local_usages=True)
+    (found,) = libraries.load(tmp_path / "library.blend", "objects", ["Character"], link=True)
+    obj = found.override_create(remap_local_usages=True)
     update()
     meshes.activate(obj)
     return obj
@@ -42,15 +40,6 @@ def test_an_overridden_mesh_is_refused_since_its_keys_would_be_lost(override, pa
     assert "are not saved" in part("scene.subject").object_problem(override)
 
 
-def linked(folder, datablock, kind):
-    """A datablock of this file as it is linked from another."""
-    path = str(folder / "library.blend")
-    bpy.data.libraries.write(path, {datablock}, fake_user=True)
-    with bpy.data.libraries.load(path, link=True) as (_, wanted):
-        setattr(wanted, kind, [datablock.name])
-    return getattr(wanted, kind)[0]
-
-
 @pytest.mark.parametrize("way", ["handles", "bake"])
 def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, way):
     """Into the linked one they would be gone when the file is opened again."""
@@ -59,7 +48,7 @@ def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, way):
     if way == "bake":
         animated.key_blocks["Smile"].keyframe_insert("value", frame=1)
     animation = animated.animation_data
-    action = animation.action = linked(tmp_path, animation.action, "actions")
+    action = animation.action = libraries.linked(tmp_path, animation.action, "actions")
     before = [len(curve.keyframe_points) for curve in baking.curves(animated)]
     bpy.context.scene.frame_set(40)
     if way == "handles":
@@ -74,8 +63,7 @@ def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, way):
 
 def test_a_linked_control_takes_no_keyframes(tmp_path, capfd):
     obj, _control = handles.tube()
-    prop = linked(tmp_path, meshes.new_object("Prop"), "objects")
-    bpy.context.collection.objects.link(prop)
+    prop = libraries.linked(tmp_path, meshes.new_object("Prop"), "objects")
     obj.meanvalue.handles["Top"].control = prop
     meshes.activate(obj)
     bpy.ops.meanvalue.keyframe_handles()

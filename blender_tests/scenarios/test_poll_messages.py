@@ -3,7 +3,7 @@
 
 import bpy
 import pytest
-from support import meshes
+from support import libraries, meshes
 
 #: By the tool, after a file was chosen, or with another mesh that may be given: its buttons are greyed one by one.
 ELSEWHERE = {"import_motion", "grab", "morph"}
@@ -26,11 +26,7 @@ def in_edit_mode():
 
 def linked(tmp_path):
     obj = meshes.tube()
-    path = str(tmp_path / "library.blend")
-    bpy.data.libraries.write(path, {obj.data})
-    with bpy.data.libraries.load(path, link=True) as (_found, wanted):
-        wanted.meshes = [obj.data.name]
-    obj.data = wanted.meshes[0]
+    obj.data = libraries.linked(tmp_path, obj.data, "meshes")
 
 
 @pytest.mark.parametrize("kind", ["fresh", "edit", "linked"])

@@ -7,7 +7,7 @@ import types
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps, tasks
+from support import libraries, meshes, steps, tasks
 from support.snapshot import assert_same, snapshot
 
 BIND = (bpy.ops.meanvalue.bind,)
@@ -49,11 +49,8 @@ def test_what_is_linked(tmp_path, kind):
     steps.posed_grid(meshes.grid())
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (_source, wanted):
-        setattr(wanted, kind, ["Grid"])
-    (found,) = getattr(wanted, kind)
-    obj = found if kind == "objects" else bpy.data.objects.new("Local", found)
-    bpy.context.collection.objects.link(obj)
+    (found,) = libraries.load(path, kind, ["Grid"], link=True)
+    obj = found if kind == "objects" else meshes.new_object("Local", found)
     meshes.activate(obj)
     assert_refused_unchanged(obj, ALL, f"'{obj.name}'", "linked", "Make it local")
 

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import meshes, rigs, steps
+from support import libraries, meshes, rigs, steps
 from support.handles import BOTTOM, TOP
 
 #: Frame, and how far the elbow is bent.
@@ -64,14 +64,8 @@ def test_keys_of_the_artist_s_own_are_left_alone(arm):
 
 def test_the_rig_may_be_linked(arm, tmp_path):
     obj, armature = arm
-    path = str(tmp_path / "rig.blend")
-    bpy.data.libraries.write(path, {armature})
-    with bpy.data.libraries.load(path, link=True) as (_there, here):
-        here.objects = [armature.name]
+    obj.modifiers["Armature"].object = libraries.linked(tmp_path, armature, "objects")
     bpy.data.objects.remove(armature)
-    linked = here.objects[0]
-    bpy.context.collection.objects.link(linked)
-    obj.modifiers["Armature"].object = linked
     bpy.context.view_layer.update()
     meshes.activate(obj)
     assert bpy.ops.meanvalue.sample_rig_poses(count=2) == {'FINISHED'}

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, meshes, steps
+from support import bent_limb, libraries, meshes, steps
 from support.mixed_limbs import (
     DIAGONAL,
     MIX,
@@ -227,10 +227,7 @@ def test_in_betweens_are_saved_and_appended(tmp_path):
     path = str(tmp_path / "baked.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path) as (_there, here):
-        here.objects = ["Limb"]
-    obj = here.objects[0]
-    bpy.context.collection.objects.link(obj)
+    (obj,) = libraries.load(path, "objects", ["Limb"])
     set_value(obj, "Bend", 0.0)
     set_value(obj, "Bend", 0.5)
     np.testing.assert_allclose(shown(obj), before, atol=1e-4)

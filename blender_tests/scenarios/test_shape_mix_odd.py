@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, meshes, steps
+from support import bent_limb, libraries, meshes, steps
 from support.mixed_limbs import (
     MIX,
     bending,
@@ -135,9 +135,7 @@ def test_a_linked_mesh_is_left_alone(tmp_path):
     path = str(tmp_path / "library.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(path, link=True) as (there, here):
-        here.meshes = list(there.meshes)
-    obj = meshes.new_object("Local", here.meshes[0])
+    obj = meshes.new_object("Local", libraries.load(path, "meshes", link=True)[0])
     for value in (True, False):
         obj.meanvalue.mix.is_on = value
         bpy.context.view_layer.update()

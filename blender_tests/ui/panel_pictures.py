@@ -11,7 +11,7 @@ import tempfile
 import addon_utils
 import bpy
 from harness import view
-from support import installed, meshes, steps
+from support import installed, libraries, meshes, steps
 
 SEGMENTS = 24
 BOTTOM, TOP = range(SEGMENTS), range(24 * SEGMENTS, 25 * SEGMENTS)
@@ -67,17 +67,8 @@ def a_bake_plays(ui):
 
 def linked(ui):
     tube = yield from _shown_tube(ui)
-    tube.data = _linked(tube.data)
+    tube.data = libraries.linked(pathlib.Path(tempfile.mkdtemp()), tube.data, "meshes")
     yield from ui.screenshot("panel_07_mesh_is_linked")
-
-
-def _linked(mesh):
-    """The same mesh from another file."""
-    path = str(pathlib.Path(tempfile.mkdtemp()) / "library.blend")
-    bpy.data.libraries.write(path, {mesh})
-    with bpy.data.libraries.load(path, link=True) as (_found, wanted):
-        wanted.meshes = [mesh.name]
-    return wanted.meshes[0]
 
 
 def edited_after_bind(ui):
