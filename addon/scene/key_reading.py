@@ -14,7 +14,6 @@ class KeyReading:
 
     def __init__(self, obj, sliders):
         """@throws SceneError."""
-        self._signature = self.signature(obj)
         self._sliders = tuple(sliders)
         names = dict.fromkeys(name for slider in sliders for name in (slider.name, slider.relative))
         self._points = {name: shape_keys.checked(obj, name) for name in names}
@@ -24,9 +23,6 @@ class KeyReading:
     def gather(cls, obj):
         """The result for `obj`. @throws SceneError."""
         return cls(obj).result(obj)
-
-    def fits(self, obj):
-        return self._signature == self.signature(obj)
 
     def parts(self, obj):
         """The arguments of a KeyShapes. @throws SceneError."""

@@ -6,7 +6,6 @@ classes whose instances hold what was read, and nothing of Blender's:
 
     signature(obj)         static: all that is quick to compare of what is read. Blender does not tell of all of it
     Kind(obj)              reads. @throws MeanValueError
-    fits(obj)              whether what was read is of this object, as far as that is quick to tell
     result(obj)            what all of it comes to; its `revision` is another one for other content. @throws likewise
     shapes(result)         static: [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
     written_key(obj)       static: the shape key that the add-on writes, or None if there is none yet
@@ -160,7 +159,7 @@ class ObjectModel:
             return
         stamp, found, error = self.stamp(obj), None, None
         try:
-            if self._reading is None or not self._reading.fits(obj):
+            if self._reading is None or self._stamp is None or self._stamp.signature != stamp.signature:
                 self._reading = self.kind(obj)
             found = self._reading.result(obj)
         except MeanValueError as problem:

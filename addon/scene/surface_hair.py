@@ -13,11 +13,11 @@ from .core.surface import Surface
 
 def follow(obj, rest, posed):
     """Moves the hair of a mesh whose rest shape, n x 3, becomes another, as its triangles at the roots are moved.
-    @throws SceneError before anything is changed."""
+    @throws SceneError."""
     hairs = {hair.data: hair for hair in bpy.data.objects if hair.type == 'CURVES' and hair.data.surface == obj}
     hairs = [hair for hair in hairs.values() if hair.data.library is None and len(hair.data.curves)]
-    triangles = mesh_arrays.triangles(obj.data, rest)
-    if not hairs or not len(triangles):
+    triangles = mesh_arrays.triangles(obj.data, rest) if hairs else ()
+    if not len(triangles):
         return
     surfaces = Surface(rest, triangles), Surface(posed, triangles)
     for hair in hairs:

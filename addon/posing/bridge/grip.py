@@ -51,8 +51,7 @@ class Grip:
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
-            follows = region.Surface(obj, [vertex]).falloff(0.0)  # at least the next edges do
-            if len(obj.data.polygons) == 0 or np.count_nonzero(follows) < 2:
+            if np.count_nonzero(region.Surface(obj, [vertex]).falloff(0.0)) < 2:  # at least the next edges do follow
                 raise SceneError(
                     f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face, or fill the "
                     "mesh with faces (Edit Mode, F)"

@@ -25,8 +25,8 @@ class HandleReading:
     """
 
     def __init__(self, obj):
-        self._facts = _facts(obj)
-        own, others = _groups(obj)
+        own = {handle.name for handle in obj.meanvalue.handles if not handle.mark}
+        others = {obj.meanvalue.roi_group} | examples.groups(obj)
         groups = vertex_groups.read(obj, own | others)
         named = {name: numbers for name, (numbers, _weights) in groups.items()}
         self.members = members.with_groups(obj, obj.meanvalue.handles, named)
@@ -36,10 +36,6 @@ class HandleReading:
     def enabled_members(self, obj):
         """Those of targets.enabled_handles()."""
         return [self.members[n] for n, each in enumerate(obj.meanvalue.handles) if targets.is_taking_part(each)]
-
-    def fits(self, obj):
-        """Whether it is of this object as it is now, as far as that is quick to tell."""
-        return self._facts == _facts(obj)
 
     @staticmethod
     def signature(obj):
@@ -57,16 +53,6 @@ class HandleReading:
     @staticmethod
     def written_key(obj):
         return shape_keys.result(obj)
-
-
-def _groups(obj):
-    """(names of the vertex groups that handles have, names of those whose weights count)."""
-    own = {handle.name for handle in obj.meanvalue.handles if not handle.mark}
-    return own, {obj.meanvalue.roi_group} | examples.groups(obj)
-
-
-def _facts(obj):
-    return _mesh_facts(obj), _groups(obj), [handle.mark or handle.name for handle in obj.meanvalue.handles]
 
 
 def _mesh_facts(obj):
@@ -99,13 +85,12 @@ def gather(obj, reading=None, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 
     to_bind: whether it has to do for the solver, and not only to tell what handles hold
-    reading: a HandleReading since which the object was not edited, left alone if it does not fit
+    reading: a HandleReading since which the object was not edited
     """
     require_handles(obj)
     if reading is None and vertex_groups.knows(obj):
         bpy.context.view_layer.update()  # Blender has told of all edits then
-    if reading is None or not reading.fits(obj):
-        reading = HandleReading(obj)
+    reading = reading or HandleReading(obj)
     corners, starts = reading.faces
     settings = obj.meanvalue
     handles, held = targets.enabled_handles(obj), reading.enabled_members(obj)

@@ -30,9 +30,6 @@ class DriveReading:
     def signature(obj):
         return scene_input.HandleReading.signature(obj), key_shapes.SliderReading.signature(obj)
 
-    def fits(self, obj):
-        return all(part.fits(obj) for part in self._parts)
-
     def result(self, obj):
         handles, keys = self._parts
         return DriveInput(scene_input.gather(obj, handles, to_bind=False), keys.result(obj))
