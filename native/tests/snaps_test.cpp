@@ -109,6 +109,9 @@ TEST(Snaps, WhatTargetsAskForIsNone) {
     EXPECT_NEAR(limits[31], 0.301, 1e-3);
     EXPECT_NEAR(limits[20], 1e-3, 1e-9);
     EXPECT_TRUE(paths.find_snaps(limits, Execution()).empty());
+    for (Index t = 25; t < kFrames; ++t)  // the anchor comes back
+        targets.weights[2 * (t + 5) + 1] = 1.0;
+    EXPECT_TRUE(std::isinf(paths.limits(targets, 5, 1e-3)[25]));
 }
 
 TEST(Snaps, FramesThatWereNotSolvedTellNothing) {

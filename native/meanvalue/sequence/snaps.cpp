@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace meanvalue {
 namespace {
@@ -21,6 +22,8 @@ constexpr double kSharp = 2.5;
 // Points whose excess is below so many limits stay, those of twice that go with the snap.
 constexpr double kOfLimit = 1.5;
 constexpr double kFewestFrames = 3.0;
+// A step by which the weight of an anchor changes by more is asked for, however far the shape goes.
+constexpr double kLetGo = 0.5;
 
 /// How far each of `numbers` coordinates exceeds the median of the steps around it.
 /// @param at (frame) -> the coordinates then. @param step from the frame before it to frame `step`.
@@ -76,9 +79,14 @@ std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index fir
             const auto row_of = [&](Index frame) {
                 return static_cast<std::size_t>(first + frame) * anchors + anchor;
             };
+            const auto weight = [&](Index frame) {
+                return trajectories.weights.empty() ? 1.0 : trajectories.weights[row_of(frame)];
+            };
+            if (std::abs(weight(step) - weight(step - 1)) > kLetGo)
+                asked[step] = std::numeric_limits<double>::infinity();
             bool counts = true;
-            for (Index frame = step - radius - 1; frame <= step + radius && !trajectories.weights.empty(); ++frame)
-                counts = counts && trajectories.weights[row_of(frame)] > 0.0;
+            for (Index frame = step - radius - 1; frame <= step + radius; ++frame)
+                counts = counts && weight(frame) > 0.0;
             if (!counts) continue;
             std::array<double, 3> excess;
             excess_over_median([&](Index frame) { return &trajectories.targets[3 * row_of(frame)]; }, step, radius, 3,
