@@ -21,8 +21,8 @@ ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Propert
 #: On the datablock of a mesh's keys: without it the Basis is the artist's, to be kept.
 MADE = "meanvalue_made"
 
-#: And what posing wrote last, as a digest.
-WRITTEN = "meanvalue_written"
+#: And what was written last to keys of a role, as a digest.
+WRITTEN = {Role.POSE: "meanvalue_written", Role.MIX: "meanvalue_written_mix"}
 
 
 def make_basis(obj):
@@ -106,7 +106,8 @@ def ensure_result_key(obj):
 
     Returns notes on what else had to change, as sentences.
     """
-    settings, key = obj.meanvalue, result(obj) or _unmarked(obj)
+    settings = obj.meanvalue
+    key = result(obj) or unmarked(obj, Role.POSE, settings.result_name, settings.result_mark)
     if key is None:
         key = add_shape(obj, settings.result_key, rest_positions(obj.data))
     if key != result(obj):
@@ -120,13 +121,13 @@ def ensure_result_key(obj):
     return [why_hidden] if why_hidden else []
 
 
-def _unmarked(obj):
-    """The result whose mark is gone, as where Range Min was set by hand: it has its name, and what was written last."""
-    keys, settings = obj.data.shape_keys, obj.meanvalue
-    key = keys.key_blocks.get(settings.result_name) if keys is not None else None
+def unmarked(obj, role, name, mark):
+    """The key whose mark is gone, as where Range Min was set by hand: it has its name, and what was written last."""
+    keys = obj.data.shape_keys
+    key = keys.key_blocks.get(name) if keys is not None else None
     if key is None or key_marks.role(key) is not None:
         return None
-    return key if keys.get(WRITTEN) == _digest(settings.result_mark, positions(key)) else None
+    return key if keys.get(WRITTEN[role]) == _digest(mark, positions(key)) else None
 
 
 def made_names(obj):
@@ -147,8 +148,8 @@ def write_positions(mesh, key, shape):
     """Writes n x 3 float32 `shape` into a shape key."""
     store, attribute = compat.key_store(key)
     store.foreach_set(attribute, shape.ravel())
-    if key_marks.role(key) == Role.POSE:
-        mesh.shape_keys[WRITTEN] = _digest(key.slider_min, shape)
+    if key_marks.role(key) in WRITTEN:
+        mesh.shape_keys[WRITTEN[key_marks.role(key)]] = _digest(key.slider_min, shape)
     # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
     mesh.shape_keys.update_tag()
 
@@ -173,7 +174,7 @@ def keep_edit(obj, held, ours=None):
     held: n x 3 float32 of the result; ours: what was written there last, where that is known: then the edit lies on
     top of the pose, else all of it is kept at value 0. Returns (what the result holds now, a note or None).
     """
-    key, written = result(obj), obj.data.shape_keys.get(WRITTEN, "") if obj.data.shape_keys else ""
+    key, written = result(obj), obj.data.shape_keys.get(WRITTEN[Role.POSE], "") if obj.data.shape_keys else ""
     is_known = key is not None and written.startswith(f"{key.slider_min:.9g} ")
     is_ours = not is_known or written == _digest(key.slider_min, held)
     fits = ours is not None and len(ours) == len(held)

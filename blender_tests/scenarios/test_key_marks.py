@@ -117,6 +117,12 @@ def test_a_renamed_mix_is_mixed_on():
     obj.meanvalue.mix.is_on = True
     key.value = 1.0
     handles.update()
+    for each in blocks(obj):
+        each.slider_min = -1.0
+    key.value = 0.7
+    handles.update()
+    handles.update()
+    assert blocks(obj).keys() == ["Basis", "Wide", "Rotation-Aware Mix"]
     blocks(obj)["Rotation-Aware Mix"].name = "Turned"
     key.value = 0.5
     handles.update()
