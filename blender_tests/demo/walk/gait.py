@@ -12,8 +12,8 @@ from addon.scene.core.rigid import fit_rotations
 from .measures import share, slide
 
 RATE_HZ = 100.0
-#: Of feet that stand, as in stances.SLOW.
-SPEEDS = (0.05, 0.09)
+#: Of feet that stand, body heights a second.
+SLOW = 0.09
 #: Over the body's height: what is sole, above the ground and away from the anchors of the foot.
 SOLE, AROUND = 0.012, 0.07
 #: Over the knee's height above the ground, which tells how long the legs are: stretches of thigh above the knee and of
@@ -58,7 +58,7 @@ def flat_stances(subject, carried, landmarks):
         if not heel or not toe:
             continue
         sole = np.flatnonzero(is_low & (away[side] < AROUND * height) & (away[side] == nearest))
-        stands = [find_stances(carried.balls[:, some], RATE_HZ, height, SPEEDS) for some in (heel, toe)]
+        stands = [find_stances(carried.balls[:, some], RATE_HZ, height, SLOW) for some in (heel, toe)]
         flat = np.concatenate([[False], stands[0].any(axis=1) & stands[1].any(axis=1), [False]])
         ends = np.flatnonzero(np.diff(flat.astype(int)))
         result += [(begin, end, sole, markers) for begin, end in zip(ends[::2], ends[1::2], strict=True)]

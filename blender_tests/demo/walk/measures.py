@@ -3,8 +3,6 @@
 
 import numpy as np
 
-WORST = 3
-
 
 def rms(shapes, truth):
     """(f,): root mean square distance of the vertices (f, n, 3) from where they should be."""
@@ -45,14 +43,11 @@ def misses(carried):
 def rows(subject, carried):
     """[(what, figure in words)] for the report."""
     miss, height = misses(carried), subject.height
-    per_frame = np.nanmax(miss, axis=1)
-    worst = np.argsort(-per_frame)[:WORST]
     result = [
         ("vertices, frames", f"{len(subject.vertices):,}, {len(carried.shapes):,}"),
         ("markers", f"{len(carried.anchors)}, {np.isnan(carried.targets[..., 0]).mean():.1%} of the samples free"),
         ("marker to skin, reference", f"{mm(carried.matched.mean())} on average, at most {mm(carried.matched.max())}"),
         ("anchor to its target", f"{mm(np.nanmean(miss))} on average, at most {mm(np.nanmax(miss))}"),
-        ("worst frames", ", ".join(f"{k + 1} ({mm(per_frame[k])}, {worst_name(carried, miss, k)})" for k in worst)),
     ]
     if subject.truth is not None:
         for what, shapes in (
@@ -64,23 +59,12 @@ def rows(subject, carried):
             result.append(
                 (what, f"rms {share(whole, height)}, worst frame {off.argmax() + 1}: {share(off.max(), height)}")
             )
-    rough = roughness(carried.shapes)
-    frame, vertex = np.unravel_index(rough.argmax(), rough.shape)
-    words = f"vertices at most {mm(rough.max())} (frame {frame + 2}, vertex {vertex})"
-    words += f", targets {mm(np.nanmax(roughness(carried.targets)))}"
-    if subject.markers is not None:
-        words += f", markers without noise {mm(roughness(subject.markers).max())}"
-    if subject.truth is not None:
-        words += f", skinned figure {mm(roughness(subject.truth).max())}"
-    result.append(("second differences", words))
+    words = f"vertices at most {mm(roughness(carried.shapes).max())}"
+    result.append(("second differences", f"{words}, targets {mm(np.nanmax(roughness(carried.targets)))}"))
     if subject.planted:
         moved = slide(carried.shapes, subject.planted)
         result.append(("slide of standing soles", share(moved, height)))
     return result
-
-
-def worst_name(carried, miss, frame):
-    return carried.names[int(np.nanargmax(miss[frame]))]
 
 
 def share(metres, height):

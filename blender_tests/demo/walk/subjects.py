@@ -15,8 +15,8 @@ class Subject:
     """A mesh, the files that move it, and which samples are shown.
 
     vertices (n, 3) metres, Z up; polygons; take, standing: paths of the motion and of the reference; shown: samples of
-    the film strip; box: (low (3,), high (3,)) of a seat, or None. Where the truth is known: truth (f, n, 3), markers
-    (f, m, 3) without gaps and noise, planted: [(begin, end, vertices)] of feet that stand; height in metres.
+    the film strip; box: (low (3,), high (3,)) of a seat, or None. Where the truth is known: truth (f, n, 3), planted:
+    [(begin, end, vertices)] of feet that stand; height in metres.
     """
 
     title: str
@@ -30,7 +30,6 @@ class Subject:
     low_pass_hz: float = 8.0
     box: tuple = None
     truth: np.ndarray = None
-    markers: np.ndarray = None
     planted: list = field(default_factory=list)
 
     @property
@@ -84,7 +83,6 @@ def generated(folder, title, stem, shape, figure, shown, **more):
         write(folder / f"{stem}.c3d", figure),
         standing(folder),
         shown,
-        markers=figure.clean,
         planted=planted(shape, figure.contacts),
         **more,
     )
