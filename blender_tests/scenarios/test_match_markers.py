@@ -59,7 +59,7 @@ def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path, capfd):
     assert all(pair.distance == pytest.approx(OFF_SKIN, abs=1e-3) for pair in pairs)
 
 
-def test_at_the_reference_frame_the_shape_is_at_rest_and_at_others_the_anchors_follow(tmp_path):
+def test_at_rest_in_the_reference_frame_and_followed_in_others(tmp_path):
     obj, _take = set_up(tmp_path)
     match()
     at_sample(0)

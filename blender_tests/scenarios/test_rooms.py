@@ -25,7 +25,7 @@ QUICK = {
         "test_shape_mix.py::test_live_posing_and_mixing_take_turns",
     ),
     "wrapping": ("test_wrap.py::test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space",),
-    "capture": ("test_match_markers.py::test_live_follows_at_once_when_the_frame_is_changed",),
+    "capture": ("test_match_markers.py::test_at_rest_in_the_reference_frame_and_followed_in_others",),
     "baking": ("test_bake_keys.py::test_values_cross_fade_linearly",),
     "sliders": (
         "test_shape_values.py::test_values_are_keyed_by_name_from_the_current_frame_on",
