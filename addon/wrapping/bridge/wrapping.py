@@ -28,8 +28,6 @@ COSINE = 0.3
 #: A vertex is no partner of a point that another place of the mesh is nearer to by this factor, give or take this share
 #: of an edge: insides of mouths, eyes that the other does not have, and what is hidden behind.
 NEARER, SLACK = 2.0, 0.5
-#: What is so many rings around a flipped triangle is let go of.
-AROUND = 2
 #: Points that are looked up before Blender may draw.
 SLICE = 4000
 
@@ -53,7 +51,6 @@ class Wrap:
         self.share = 0.0
         self._surface = Surface(given.target, given.target_triangles)
         self._normals = self._surface.normals()
-        self._is_free = np.zeros(len(given.vertices), bool)
         self._edges = flips.unique_edges(given.triangles)
 
     def work(self, execution):
@@ -69,7 +66,7 @@ class Wrap:
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
             springs = np.full(len(given.used), strength / len(given.used))
             deformer = yield from self._bind(rest, given.used, springs)
-            shape, away = yield from self._rounds(deformer, rest, shape)
+            shape, away = yield from self._rounds(deformer, shape)
             flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
             if best is not None and flipped > best[1]:
                 break
@@ -98,11 +95,10 @@ class Wrap:
         )
         return session.finite(solution.vertices, "Pick more pairs of points")
 
-    def _rounds(self, deformer, rest, shape):
+    def _rounds(self, deformer, shape):
         """Returns (shape, mean distance of the used vertices from their partners)."""
         last = np.inf
         for _ in range(ROUNDS):
-            self._let_go(rest, shape)
             points, weights, away = yield from self._partners(shape)
             if not weights.any():
                 raise SceneError(
@@ -130,7 +126,6 @@ class Wrap:
         weights = found.astype(np.float64)
         at = np.searchsorted(used, given.picked[np.isin(given.picked, used)])
         points[at], weights[at] = given.points[np.isin(given.picked, used)], 1.0
-        weights[self._is_free[used]] = 0.0
         return points, weights, mean
 
     def _edge_lengths(self, shape):
@@ -138,14 +133,6 @@ class Wrap:
         lengths = np.linalg.norm(shape[self._edges[:, 0]] - shape[self._edges[:, 1]], axis=1)
         ends = self._edges.ravel()
         return np.bincount(ends, np.repeat(lengths, 2), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
-
-    def _let_go(self, rest, shape):
-        """What is around flipped triangles is drawn nowhere any more."""
-        free = np.zeros(len(shape), bool)
-        free[self.given.triangles[flips.flipped(rest, shape, self.given.triangles)]] = True
-        for _ in range(AROUND):
-            free[self._edges[free[self._edges].any(axis=1)]] = True
-        self._is_free |= free
 
 
 def _nearest(surface, points, normals=None):
