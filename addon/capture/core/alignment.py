@@ -21,8 +21,8 @@ MARKER_RADIUS = 0.007
 ARMS = 0.3
 #: Points of the body that the search looks at first, from every start, and its rounds on them; then on all.
 FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
-#: Turns about the upright axis and scales to start from, where landmarks do not tell them.
-TURNS, SCALES = 16, (0.93, 1.0, 1.07)
+#: Turns about the upright axis to start from, where landmarks do not tell the way.
+TURNS = 16
 #: What the scale may differ by from that of the heights of known landmarks, and where none is known.
 SCALE_KNOWN, SCALE_UNKNOWN = 0.08, 0.3
 #: How much the height of a landmark on an upright body counts beside the surface: along a leg the skin tells nothing.
@@ -121,8 +121,7 @@ class _Fit:
         self._heights = heights
         self._weights = np.where([bool(name) and name.split(".")[0] in places.ARM for name in names], ARMS, 1.0)
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
-        self._scale, self._base, self._is_known = _scale_by_heights(markers, heights, body.height)
-        allowed = SCALE_KNOWN if self._is_known else SCALE_UNKNOWN
+        self._scale, self._base, allowed = _scale_by_heights(markers, heights, body.height)
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         looks, feet = facing.forward(markers, names), _feet_point(body)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
@@ -140,8 +139,7 @@ class _Fit:
         middle = trunk.mean(axis=0) if len(trunk) else np.median(self._markers[:, :2], axis=0)
         origin = np.append(middle, self._base)
         to = np.append(_middle(self._body), self._body.ground)
-        scales = (1.0,) if self._is_known else SCALES
-        return [_matrix(_about_z(angle), self._scale * share, to, origin) for angle in angles for share in scales]
+        return [_matrix(_about_z(angle), self._scale, to, origin) for angle in angles]
 
     def settled(self, matrix, body, rounds):
         """(residual, matrix) of the best of so many rounds on the points of a Body."""
@@ -177,7 +175,7 @@ class _Fit:
 
 
 def _scale_by_heights(markers, heights, height):
-    """(scale, height of the ground in the capture, True if landmarks told). heights: NaN where none is known."""
+    """(scale, height of the ground in the capture, what the scale may differ by). heights: NaN where none is known."""
     told = ~np.isnan(heights)
     if told.sum() >= 4 and np.ptp(heights[told]) > 0.3:
         # A line through heights of markers over those of landmarks; what is far off it (a bent knee) counts less.
@@ -188,8 +186,9 @@ def _scale_by_heights(markers, heights, height):
             off = np.abs(design @ [tall, base] - markers[told, 2])
             weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
         if tall > 0.0:
-            return height / tall, base, True
-    return height / (1.02 * np.ptp(markers[:, 2])), markers[:, 2].min() - 0.01 * np.ptp(markers[:, 2]), False
+            return height / tall, base, SCALE_KNOWN
+    tall = np.ptp(markers[:, 2])
+    return height / (1.02 * tall), markers[:, 2].min() - 0.01 * tall, SCALE_UNKNOWN
 
 
 def _upright_similarity(source, target, weights, scales, towards):
