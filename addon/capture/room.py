@@ -20,27 +20,15 @@ from .properties import PROPERTY_GROUPS, SETTINGS, MEANVALUE_PG_take  # noqa: F4
 #: Of the guide, see addon/manual.py.
 PAGE = "motion_capture"
 
-
-class MEANVALUE_MT_capture(menus.OperatorMenu, bpy.types.Menu):
-    """Move the mesh by recorded markers"""
-
-    bl_idname = "MEANVALUE_MT_capture"
-    bl_label = "Motion Capture"
-    operators = (
-        import_motion.MEANVALUE_OT_import_motion,
-        marker_problems.MEANVALUE_OT_find_marker_problems,
-        marker_problems.MEANVALUE_OT_swap_markers,
-        match_markers.MEANVALUE_OT_match_markers,
-        pick_marker_point.MEANVALUE_OT_pick_marker_point,
-    )
-
-
-CLASSES = (
-    *MEANVALUE_MT_capture.operators,
-    MEANVALUE_MT_capture,
-    *panel.CLASSES,
-    *import_motion.FILE_HANDLERS,
+OPERATORS = (
+    import_motion.MEANVALUE_OT_import_motion,
+    marker_problems.MEANVALUE_OT_find_marker_problems,
+    marker_problems.MEANVALUE_OT_swap_markers,
+    match_markers.MEANVALUE_OT_match_markers,
+    pick_marker_point.MEANVALUE_OT_pick_marker_point,
 )
+MENU = menus.of_room("MEANVALUE_MT_capture", "Motion Capture", "Move the mesh by recorded markers", OPERATORS)
+CLASSES = (*OPERATORS, MENU, *panel.CLASSES, *import_motion.FILE_HANDLERS)
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -50,7 +38,7 @@ def meanvalue_draw_import_menu(self, _context):
 
 
 HOOKS = (
-    (menus.of_rooms, MEANVALUE_MT_capture.bl_idname),
+    (menus.of_rooms, MENU.bl_idname),
     (subject.finders, marker_pairs.mesh_of_marker),
     (overlay.painters, pair_lines.paint),
     (bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu),

@@ -17,24 +17,14 @@ from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 #: Of the guide, see addon/manual.py.
 PAGE = "shape_key_values"
 
-
-class MEANVALUE_MT_sliders(menus.OperatorMenu, bpy.types.Menu):
-    """Values of the shape keys that the mesh has"""
-
-    bl_idname = "MEANVALUE_MT_sliders"
-    bl_label = "Shape Key Values"
-    operators = (
-        add_corrective.MEANVALUE_OT_add_corrective,
-        import_values.MEANVALUE_OT_import_values,
-        bake_values.MEANVALUE_OT_bake_values,
-    )
-
-
-CLASSES = (
-    *MEANVALUE_MT_sliders.operators,
-    MEANVALUE_MT_sliders,
-    *panel.CLASSES,
+OPERATORS = (
+    add_corrective.MEANVALUE_OT_add_corrective,
+    import_values.MEANVALUE_OT_import_values,
+    bake_values.MEANVALUE_OT_bake_values,
 )
+ABOUT = "Values of the shape keys that the mesh has"
+MENU = menus.of_room("MEANVALUE_MT_sliders", "Shape Key Values", ABOUT, OPERATORS)
+CLASSES = (*OPERATORS, MENU, *panel.CLASSES)
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -46,6 +36,6 @@ HOOKS = (
     (follower.stand_ins, KeyFollower),
     (shape_keys.stand_ins, driven_keys),
     (handles.keyframers, driven_keys.keyframe),
-    (menus.of_rooms, MEANVALUE_MT_sliders.bl_idname),
+    (menus.of_rooms, MENU.bl_idname),
     (bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu),
 )

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What wrapping adds to Blender, for registration.py."""
 
-import bpy
-
 from ..widgets import menus, overlay
 from . import panel
 from .bridge import wrap_lines
@@ -12,24 +10,13 @@ from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 #: Of the guide, see addon/manual.py.
 PAGE = "shape_keys"
 
-
-class MEANVALUE_MT_wrap(menus.OperatorMenu, bpy.types.Menu):
-    """Take the shape of a mesh that has other faces"""
-
-    bl_idname = "MEANVALUE_MT_wrap"
-    bl_label = "Wrap"
-    operators = (
-        pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
-        wrap.MEANVALUE_OT_wrap,
-    )
-
-
-CLASSES = (
-    *MEANVALUE_MT_wrap.operators,
-    MEANVALUE_MT_wrap,
-    *panel.CLASSES,
+OPERATORS = (
+    pick_wrap_pairs.MEANVALUE_OT_pick_wrap_pairs,
+    wrap.MEANVALUE_OT_wrap,
 )
+MENU = menus.of_room("MEANVALUE_MT_wrap", "Wrap", "Take the shape of a mesh that has other faces", OPERATORS)
+CLASSES = (*OPERATORS, MENU, *panel.CLASSES)
 HOOKS = (
-    (menus.of_rooms, MEANVALUE_MT_wrap.bl_idname),
+    (menus.of_rooms, MENU.bl_idname),
     (overlay.painters, wrap_lines.paint),
 )
