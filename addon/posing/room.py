@@ -93,7 +93,7 @@ def scene_updated():
 def objects_changed():
     """Objects came or went."""
     moved_meshes.forget()
-    if orphans.are_there() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
+    if orphans.found() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
     old_files.carry_over(bpy.data.objects)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import wording
 from ..errors import SceneError
+from .core import motion
 
 #: Rooms say here which mesh an object stands for, as a control does: functions of an object, to a mesh object or None.
 finders = []
@@ -52,6 +53,8 @@ def mode_problem(obj):
     """Why the object's mode is in the way, or None. Blender's mesh data is only up to date in Object Mode."""
     if obj.mode != 'OBJECT':
         return f"'{obj.name}' is in {mode_name(obj.mode)}. Go back to Object Mode"
+    if obj.data.is_editmode:
+        return f"The mesh of '{obj.name}' is in Edit Mode, by another object that has it. Leave that first"
     return None
 
 
@@ -86,6 +89,6 @@ def other_mesh(context, obj, chosen=None):
 def to_world(obj):
     """4 x 4 float64. @throws SceneError if it cannot be undone."""
     matrix = np.array(obj.matrix_world, np.float64)
-    if not np.linalg.cond(matrix[:3, :3]) < 1e9:
+    if motion.is_flat(matrix):
         raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
     return matrix

@@ -375,12 +375,12 @@ def test_controls_go_with_a_mesh_that_is_deleted(timers, part):
     meshes.activate(obj)
     name = control.name
     orphans = part("posing.bridge.orphans")
-    assert not orphans.are_there()
+    assert not orphans.found()
     bpy.ops.object.delete()
     update()
-    assert orphans.are_there()
+    assert orphans.found()
     orphans.remove()
-    assert name not in bpy.data.objects and kept in bpy.data.objects and not orphans.are_there()
+    assert name not in bpy.data.objects and kept in bpy.data.objects and not orphans.found()
     other.name = "Renamed"
     orphans.remove()
     assert kept in bpy.data.objects

@@ -38,6 +38,21 @@ def test_a_mesh_of_two_objects_is_solved_with_a_note(capfd):
     assert other.data.shape_keys.key_blocks.keys() == ["Basis", "Pose", "Mean-Value"]
 
 
+def test_a_mesh_that_another_object_has_in_edit_mode_is_left_alone():
+    """Blender has a copy of its own of it then, which comes back when that is left."""
+    obj, _control = handles.tube(live=False)
+    other = duplicate(obj, linked=True)
+    other.meanvalue.handles.clear()
+    meshes.activate(obj)
+    bpy.ops.object.mode_set(mode='EDIT')
+    bpy.context.view_layer.objects.active = other
+    with steps.refused("by another object"):
+        bpy.ops.meanvalue.grab(vertex=70, pin=True)
+    for operator in (bpy.ops.meanvalue.grow_region, bpy.ops.meanvalue.apply_pose, bpy.ops.meanvalue.bind):
+        assert not operator.poll()
+    assert not len(other.meanvalue.handles) and not other.meanvalue.roi_group
+
+
 def test_modifiers_and_where_the_object_stands_do_not_matter():
     plain = steps.posed_grid(meshes.grid(name="Plain"))
     steps.solve()

@@ -11,8 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...errors import SceneError
-from ...scene import rig_space
+from ...scene import rig_space, subject
 from ...scene.core import motion
 from . import members
 
@@ -39,10 +38,7 @@ def move(obj, handle, rig_transform=motion.IDENTITY):
 def placement(obj, handle):
     """(4 x 4, whether that is in the key's space). What follows the rig has its place there, as if the rig were at
     rest; all else has it where it is seen. @throws SceneError."""
-    world = np.array(obj.matrix_world, np.float64)
-    if is_flat(world):
-        raise SceneError(f"'{obj.name}' is scaled to nothing. Give it a size")
-    place = np.linalg.inv(world) @ world_of(handle)
+    place = np.linalg.inv(subject.to_world(obj)) @ world_of(handle)
     if not follows_rig(obj, handle):
         return place, False
     depsgraph, control = bpy.context.view_layer.depsgraph, handle.control
@@ -99,7 +95,7 @@ def unscaled(obj):
     matrix where the scale is even."""
     world = np.array(obj.matrix_world, np.float64)[:3, :3]
     _, sizes, axes = np.linalg.svd(world)
-    if is_flat(world) or np.ptp(sizes) <= 1e-5 * sizes.max():
+    if motion.is_flat(world) or np.ptp(sizes) <= 1e-5 * sizes.max():
         return np.eye(3)
     return axes.T @ np.diag(np.cbrt(sizes.prod()) / sizes) @ axes
 
@@ -130,12 +126,6 @@ def put(handle, world):
         control.matrix_world = place
     else:
         bone.matrix = control.matrix_world.inverted_safe() @ place
-
-
-def is_flat(matrix):
-    """Whether a 4 x 4 matrix squeezes space, whatever its scale."""
-    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    return not np.abs(np.linalg.det(matrix[:3, :3])) > 1e-9 * lengths.max(initial=0.0) ** 3
 
 
 def to_blender(matrix):

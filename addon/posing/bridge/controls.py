@@ -11,6 +11,8 @@ from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, v
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
+NO_HANDLES = "There are no handles yet. Press on the mesh with Grab, or select vertices and press Add Handle"
+
 #: A control is this much of the part that it moves: it is seen and clicked, and hides little of what it poses.
 SIZE_OVER_PART = 0.8
 
@@ -29,7 +31,7 @@ def problem(obj, handle):
     control = handle.control
     if control.type == 'ARMATURE' and handle.bone and handle.bone not in control.pose.bones:
         return f"'{control.name}' has no bone '{handle.bone}', which moves handle '{handle.name}'. Choose another bone"
-    if control_places.is_flat(control_places.at_rest(handle)):
+    if motion.is_flat(control_places.at_rest(handle)):
         return f"The control of handle '{handle.name}' was scaled to nothing. Choose it again once it has a size"
     if _hangs_on(control, obj):
         return (
@@ -77,7 +79,7 @@ def none_to_move(obj):
     """Why there is no control to move, in words, or None."""
     if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles):
         return None
-    return "There are no handles yet. Press on the mesh with Grab, or press Add Handle"
+    return NO_HANDLES
 
 
 def none_active(obj):

@@ -54,14 +54,9 @@ def gather(obj, rest, weights):
     points = {name: shape_keys.checked(obj, name) for name in names}
     masks = {key.group: weights[key.group] for key in used if key.group in weights}
     found = KeyShapes(sliders=used, rest=rest, points=points, masks=masks).with_effect()
-    if not found.names and like == ids.LIKE_RIG:
-        raise SceneError(
-            f"No poses of the rig of '{obj.name}' are sampled. Press Sample Rig Poses, or choose Nothing in Advanced > "
-            "Pose Like"
-        )
     if not found.names:
-        raise SceneError(
-            f"'{obj.name}' has no shape key that shows how it bends. Add one in which it is bent, and see that it is "
-            "not muted, or choose Nothing in Advanced > Pose Like"
-        )
+        missing = f"'{obj.name}' has no shape key that shows how it bends. Add one in which it is bent, and unmute it"
+        if like == ids.LIKE_RIG:
+            missing = f"No poses of the rig of '{obj.name}' are sampled. Press Sample Rig Poses"
+        raise SceneError(f"{missing}, or choose Nothing in Advanced > Pose Like")
     return found

@@ -11,7 +11,6 @@ from ... import compat, ids
 from ...scene import actions
 
 _made_for = {}  # session key of a control that was seen in a collection: that of the mesh that it was made for
-_orphans = set()  # session keys of those whose mesh is gone
 
 
 def made(control, obj):
@@ -46,25 +45,22 @@ def note():
 
 def forget():
     _made_for.clear()
-    _orphans.clear()
 
 
-def are_there():
-    """Whether a mesh with controls is gone, after objects went."""
-    there = {compat.session_key(obj) for obj in bpy.data.objects} if _made_for else ()
-    for control in [each for each in _made_for if each not in there]:
+def found():
+    """[control] of meshes that are gone, after objects went."""
+    there = {compat.session_key(obj): obj for obj in bpy.data.objects} if _made_for else {}
+    for control in _made_for.keys() - there.keys():
         del _made_for[control]
-    _orphans.update(control for control, mesh in _made_for.items() if mesh not in there)
-    return bool(_orphans)
+    return [there[control] for control, mesh in _made_for.items() if mesh not in there]
 
 
 def remove():
     """Removes the controls of meshes that are gone, but for those with animation. Not in a handler."""
-    for control in [each for each in bpy.data.objects if compat.session_key(each) in _orphans]:
+    for control in found():
         is_ours = control.type == 'EMPTY' and control.meanvalue.is_control and control.parent is None
         if is_ours and not actions.is_animated(control) and not _is_used(control):
             delete(control)
-    _orphans.clear()
 
 
 def delete(control):

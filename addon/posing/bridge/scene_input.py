@@ -11,7 +11,7 @@ from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import examples, members, orphans, targets
+from . import controls, examples, members, orphans, targets
 
 
 class HandleReading:
@@ -148,10 +148,7 @@ def effective_region(obj, freedom, copies, twins):
 def unheld_problem(obj):
     """Why there is nothing to pose by, in words, or None. Cheap enough for drawing."""
     if not obj.meanvalue.handles:
-        return (
-            "There are no handles yet. Press on the mesh with the Grab tool, or select vertices in Edit Mode and "
-            "press Add Handle"
-        )
+        return controls.NO_HANDLES
     if not targets.enabled_handles(obj):
         return "All handles are turned off. Tick at least one in the list"
     return None

@@ -77,8 +77,8 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     @classmethod
     def problem(cls, obj):
         problem = super().problem(obj)
-        if problem is None and obj.mode not in {'EDIT', 'OBJECT'}:
-            problem = f"{subject.mode_problem(obj)}, or to Edit Mode"
+        if problem is None and obj.mode != 'EDIT' and subject.mode_problem(obj):
+            problem = f"{subject.mode_problem(obj)}, or go to Edit Mode"
         if problem is None and obj.mode == 'EDIT' and obj.data.total_vert_sel == 0:
             problem = "No vertices are selected. Select the ones to hold"
         if problem is None and obj.mode == 'OBJECT' and len(obj.vertex_groups) == 0:

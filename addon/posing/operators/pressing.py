@@ -16,7 +16,7 @@ CONTROL_PIXELS = 12.0
 def find_object(context, name):
     """The object `name`, or the active one. @throws SceneError if there is none that can be worked on."""
     obj = context.view_layer.objects.get(name) if name else subject.of(context)
-    problem = subject.object_problem(obj)
+    problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(problem)
     return obj
@@ -42,7 +42,7 @@ def find_pressed(context, event):
             "There is no surface under the mouse. Press on the mesh, or on the control of a handle. What is shown as "
             "wire, or cannot be selected, is passed through"
         )
-    problem = subject.object_problem(obj)
+    problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
     pressed = under_mouse.press(obj, *seen)

@@ -17,6 +17,12 @@ def same(first, second):
     return bool(np.abs(first - second).max() <= NOISE * scale)
 
 
+def is_flat(matrix):
+    """Whether a 4 x 4 matrix squeezes space, whatever its scale."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    return not np.abs(np.linalg.det(matrix[:3, :3])) > 1e-9 * lengths.max(initial=0.0) ** 3
+
+
 def between(rest_relation, relation):
     """The move that takes `rest_relation` to `relation`, exactly the identity where they agree but for noise.
 
