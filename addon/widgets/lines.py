@@ -24,12 +24,13 @@ class Lines:
 NOTHING = Lines(np.empty((0, 3), np.float32), np.empty((0, 4), np.float32))
 
 
-def draw(context, obj, lines):
-    """Draws Lines of a mesh object."""
+def draw(context, obj, lines, end_pixels=0.0):
+    """Draws Lines of a mesh object; end_pixels: size of what ends each, at interface scale 1, if not 0."""
     if not len(lines.ends):
         return
     shader = compat.lines_shader()
-    batch = batch_for_shader(shader, 'LINES', {"pos": lines.ends, "color": lines.colors})
+    content = {"pos": lines.ends, "color": lines.colors}
+    batch = batch_for_shader(shader, 'LINES', content)
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_test_set('NONE')  # a line that ends inside the body is the one to be seen
     try:
@@ -39,6 +40,10 @@ def draw(context, obj, lines):
             shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
             shader.uniform_float("lineWidth", LINE_PIXELS * context.preferences.system.ui_scale)
             batch.draw(shader)
+            if end_pixels:
+                gpu.state.point_size_set(end_pixels * context.preferences.system.ui_scale)
+                batch_for_shader(compat.points_shader(), 'POINTS', content).draw(compat.points_shader())
     finally:
+        gpu.state.point_size_set(1.0)
         gpu.state.depth_test_set('NONE')
         gpu.state.blend_set('NONE')
