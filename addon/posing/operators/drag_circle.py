@@ -11,6 +11,9 @@ from ...scene import views
 
 COLOR = (1.0, 1.0, 1.0, 0.8)
 
+#: Pixels of the circle as long as nothing is known of what is pressed.
+NOTICED = 12.0
+
 #: Whether a circle is to be seen: the tool's own cursor stays away then.
 is_shown = False
 
@@ -24,10 +27,11 @@ class DragCircle:
         self._handler = bpy.types.SpaceView3D.draw_handler_add(self._draw, (), 'WINDOW', 'POST_PIXEL')
         is_shown = True
 
-    def show(self, region, view, mouse, place, length):
-        """Around `mouse` (2, pixels in the region), of so much length in the world at `place`; 0: none."""
+    def show(self, region, view, mouse, place=None, length=0.0):
+        """Around `mouse` (2, pixels in the region), of so much length in the world at `place`; 0: none. Without a
+        place it only says that the press was noticed."""
         self._center, self._region = tuple(mouse), region.as_pointer()
-        self._radius = pixels(region, view, place, length)
+        self._radius = NOTICED if place is None else pixels(region, view, place, length)
         views.draw_again('WINDOW')
 
     def remove(self):

@@ -9,7 +9,7 @@ from ... import ids, wording
 from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...scene import selection, subject
-from ...widgets import picking, under_mouse
+from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
 from ..bridge.grip import Grip
@@ -108,31 +108,37 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if self.choose_tool or context.mode != 'OBJECT':
             tool_choice.choose(context)
             return {'CANCELLED'}  # there is nothing to undo or to adjust
+        self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
         try:
-            obj, self._pressed, self._covered = pressing.find_pressed(context, event)
-            if self.pin and self._covered:
-                raise SceneError(pressing.in_front(obj, self._covered))
-            if not self.pin:
-                self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
+            if self.pin:
+                obj = self._press(context)
+                if self._covered:
+                    raise SceneError(pressing.in_front(obj, self._covered))
+                return self.execute(context)
+            view = pressing.findpressing.find_view(context)
         except SceneError as error:
             return self._warn(error)
+        self._circle = DragCircle()
+        self._circle.show(*view, self._mouse)  # what is under the mouse is looked at next: large meshes take a while
+        return self.begin(context, TICK_SECONDS)
+
+    def _press(self, context):
+        """Finds what was pressed on. Returns the object. @throws SceneError."""
+        obj, self._pressed, self._covered = pressing.find_pressed(context, self._start)
         self.object_name = obj.name
         self.remember_object(obj)
         self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
-        self._fits = self._is_to_fit = not self.handle and tool_choice.fits(context)
+        self._fits = self._is_to_fit = not (self.handle or self.pin) and tool_choice.fits(context)
         if self._fits:
             self.size = tool_choice.FIRST_SIZE
-        if self.pin:
-            return self.execute(context)
-        if hover.is_small(context, obj):
-            self._fit(context, obj)
-        hover.forget()
-        self._mouse = self._start = Vector((event.mouse_region_x, event.mouse_region_y))
-        own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
-        self.size = self._size_taken = own_size or self.size
-        self._circle = DragCircle()
-        self._show(context, obj)
-        return self.begin(context, TICK_SECONDS)
+        if not self.pin:
+            self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
+            if hover.is_small(context, obj):
+                self._fit(context, obj)
+            hover.forget()
+            own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
+            self.size = self._size_taken = own_size or self.size
+        return obj
 
     def modal(self, context, event):
         result = {'CANCELLED'}  # by an error that nobody foresaw
@@ -148,9 +154,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _react(self, context, event):
         """What modal() returns. @throws MeanValueError."""
-        obj = self.object()
         if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
-            return self._give_up(context, obj)
+            return self._give_up(context)
+        obj = self._press(context) if self._pressed is None else self.object()
         if event.type == 'LEFTMOUSE' and event.value == 'RELEASE':
             return self._let_go(context, obj)
         is_timer = 'TIMER' in event.type  # it may be another operator's
@@ -202,7 +208,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _on_plane(self, context, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
-        return view3d_utils.region_2d_to_location_3d(*_view(context), mouse, self._pressed.place)
+        return view3d_utils.region_2d_to_location_3d(*pressing.find_view(context), mouse, self._pressed.place)
 
     def _resize(self, context, direction):
         if self._grip is not None and not self._grip.has_size:
@@ -245,8 +251,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         selection.choose(obj)
         return self.tell(f"'{obj.name}' is the active object" if handle is None else f"'{handle.name}' is active", [])
 
-    def _give_up(self, context, obj):
+    def _give_up(self, context):
         if self._grip is not None:
+            obj = self.object()
             self._grip.take_back(obj)
             engine.look_again(obj)
             context.view_layer.objects.active = bpy.data.objects.get(self._active)
@@ -255,20 +262,12 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     def _show(self, context, obj):
         length = self.size * self._whole * max(map(abs, obj.matrix_world.to_scale()))
         has_size = self._grip is None or self._grip.has_size
-        self._circle.show(*_view(context), self._mouse, self._pressed.place, length if has_size else 0.0)
+        self._circle.show(*pressing.find_view(context), self._mouse, self._pressed.place, length if has_size else 0.0)
         live = engine.status(obj) if self._grip is not None else None
         size = f" Size {self.size:.0%} (Wheel)" if has_size else ""
         parts = [f"Grab:{size}", "R after release turns it", "Esc cancels"]
         parts += [live[0]] if live is not None and live[1] else []
         context.workspace.status_text_set("   ".join(parts))
-
-
-def _view(context):
-    """@throws SceneError where it was closed during the drag."""
-    found = under_mouse.view_of(context)
-    if found is None:
-        raise SceneError("The 3D View of the drag is gone")
-    return found
 
 
 def _select_control(context, obj, grip):

@@ -22,15 +22,20 @@ def find_object(context, name):
     return obj
 
 
-def find_pressed(context, event):
-    """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
-
-    @throws SceneError where there is nothing to grab.
-    """
+def find_view(context):
+    """(region, view) as of under_mouse.view_of(). @throws SceneError where there is none."""
     found = under_mouse.view_of(context)
     if found is None:
         raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
-    seen = *found, (event.mouse_region_x, event.mouse_region_y)
+    return found
+
+
+def find_pressed(context, mouse):
+    """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
+
+    mouse: (2,) pixels in the region. @throws SceneError where there is nothing to grab.
+    """
+    seen = *find_view(context), tuple(mouse)
     active = subject.of(context)
     is_usable = subject.object_problem(active) is None
     at_control = _control_under(context, active, *seen) if is_usable else None
