@@ -115,7 +115,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 if self._covered:
                     raise SceneError(pressing.in_front(obj, self._covered))
                 return self.execute(context)
-            view = pressing.findpressing.find_view(context)
+            view = pressing.find_view(context)
         except SceneError as error:
             return self._warn(error)
         self._circle = DragCircle()
