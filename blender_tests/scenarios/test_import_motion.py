@@ -107,11 +107,11 @@ def test_ends_without_any_marker_are_told_and_left_out_of_the_range(tmp_path, ca
     path = take_files.write_trc(tmp_path / "ends.trc", labels, positions)
     span, said = imported(path, lambda: capfd.readouterr().out)
     assert span == (31, 95)
-    assert "first 30 samples" in said and "last 25 samples" in said
+    assert "from frame 31 to 95" in said
     take = bpy.data.collections["ends"]
     assert np.array_equal(take_files.keys(take.objects[0], "location")[:, 0], np.arange(31, 96))
     span, said = imported(path, lambda: capfd.readouterr().out, extend_range=False)
-    assert span == (1, 10) and "last 25 samples" in said
+    assert span == (1, 10) and "from frame 31 to 95" in said
     whole = take_files.write_trc(tmp_path / "whole.trc", *take_files.waves())
     span, said = imported(whole, lambda: capfd.readouterr().out)
     assert span == (1, 120)

@@ -85,7 +85,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             self._extend(context.scene, read, frames)
         _go_on_with(context, collections)
         for take, collection, times in zip(read, collections, frames, strict=True):
-            self.tell(_account(take, collection), [*_empty_ends(take, times)])
+            self.tell(_account(take, collection, times), [])
         return {'FINISHED'}
 
     def _paths(self):
@@ -138,18 +138,6 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             scene.frame_start = math.ceil(begin)
 
 
-def _empty_ends(take, frames):
-    """Says where a take shows nothing at its ends."""
-    first, last = _seen_span(take)
-    ends = [(first, "first"), (take.frames - 1 - last, "last")]
-    told = [f"the {which} {wording.counted(count, 'sample')}" for count, which in ends if count]
-    if told:
-        yield (
-            f"No marker is seen in {wording.listed(told)} of '{take.name}': markers are at frames {frames[first]:g} to "
-            f"{frames[last]:g}"
-        )
-
-
 def _seen_span(take):
     """(first, last): numbers of the samples that show any marker."""
     seen = take.measured.any(axis=1).nonzero()[0]
@@ -170,13 +158,15 @@ def _go_on_with(context, collections):
             empty.select_set(True)
 
 
-def _account(take, collection):
+def _account(take, collection, frames):
     """What was read of one file, in numbers: sentences."""
+    first, last = (frames[number] for number in _seen_span(take))
     gaps = sum(len(sample_times.runs(~column)) for column in take.measured.T)
     kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
     return [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
         f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
+        f"Markers are seen from frame {first:g} to {last:g}",
         f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "No gaps",
         *([f"Left out, since they are no markers: {kinds}"] if kinds else []),
         *take.notes,
