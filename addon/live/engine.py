@@ -82,7 +82,7 @@ def _take_note(depsgraph):
     """
     is_to_be_drawn = False
     for obj, change, is_rigged in updates.of(depsgraph):
-        for _key, model in object_model.known_models(obj):
+        for model in object_model.known_models(obj):
             if is_rigged:
                 model.rig_moved()
             is_to_be_drawn |= model.told(obj, change) and model.is_watched

@@ -67,14 +67,13 @@ def carry_over(objects):
             _carry_over(obj)
         if obj.meanvalue.roi_invert:
             _turn_region_around(obj)
-        if obj.meanvalue.former_result:
-            mark_keys(obj)
+        _mark_keys(obj)
 
 
-def mark_keys(obj):
+def _mark_keys(obj):
     """Marks the shape keys that had their names alone."""
     settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
-    if keys is None or obj.library is not None or keys.library is not None:
+    if keys is None or keys.library is not None:
         return
     result = keys.key_blocks.get(settings.former_result)
     if result not in {None, keys.reference_key}:

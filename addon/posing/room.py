@@ -108,8 +108,6 @@ def another_file():
     orphans.forget()
     surroundings.forget()
     old_files.carry_over(bpy.data.objects)
-    for obj in bpy.data.objects:
-        old_files.mark_keys(obj)
 
 
 def about_to_save():

@@ -222,10 +222,10 @@ def of(obj, kind):
     return _models[key]
 
 
-def known_models(obj=None):
-    """[((session key, kind), ObjectModel)] of all, or of one object."""
-    key = None if obj is None else compat.session_key(obj)
-    return [each for each in _models.items() if key in {None, each[0][0]}]
+def known_models(obj):
+    """Those of an object."""
+    key = compat.session_key(obj)
+    return [model for (of, _kind), model in _models.items() if of == key]
 
 
 def has_any():
@@ -235,7 +235,7 @@ def has_any():
 
 def edited(obj):
     """The add-on itself has changed what `obj` is posed by."""
-    for _key, model in known_models(obj):
+    for model in known_models(obj):
         model.edited()
         model.written = model.overwritten = None
 

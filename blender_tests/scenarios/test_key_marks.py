@@ -230,3 +230,21 @@ def test_a_file_of_before_the_marks_goes_on(tmp_path):
     assert part("scene.shape_keys").rig_poses(obj) == ["Rig Pose 12 again"]
     obj.meanvalue.mix.is_on = False
     assert blocks(obj).keys() == ["Basis again", "Lean again", "Wave again", "Rig Pose 12 again"]
+
+
+def test_a_mix_of_an_older_file_that_is_appended_is_mixed_on():
+    obj = meshes.tube(9, 8)
+    obj.shape_key_add(name="Basis")
+    obj.shape_key_add(name="Wide").data[3].co.x += 1.0
+    obj.meanvalue.mix.is_on = True
+    blocks(obj)["Wide"].value = 0.5
+    handles.update()
+    older = obj.copy()
+    older.data = obj.data.copy()
+    blocks(older)["Rotation-Aware Mix"].slider_min = 0.0
+    del older.data.shape_keys["meanvalue_written_mix"]
+    bpy.context.collection.objects.link(older)
+    handles.update()
+    blocks(older)["Wide"].value = 0.7
+    handles.update()
+    assert blocks(older).keys() == ["Basis", "Wide", "Rotation-Aware Mix"]

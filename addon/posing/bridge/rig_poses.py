@@ -22,8 +22,7 @@ def problem(obj):
     """Why no poses can be sampled, in words, or None. Cheap enough for drawing."""
     if not rig_space.is_deformed(obj):
         return f"'{obj.name}' follows no rig. Give it an Armature or another modifier that deforms it"
-    keys = obj.data.shape_keys
-    return shape_keys.ABSOLUTE if keys is not None and not keys.use_relative else None
+    return shape_keys.absolute_problem(obj)
 
 
 class RigPoses:
@@ -72,8 +71,7 @@ class RigPoses:
 
     def work(self, _execution):
         """Nothing is solved."""
-        return
-        yield  # a generator of native tasks, none of them
+        yield from ()
 
     def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if the mesh is another one by now."""

@@ -89,11 +89,9 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
                 f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
                 "constraint. Reset that too"
             )
-        keyed = [
-            handle.name for handle in usable if handle.control.animation_data and handle.control.animation_data.action
-        ]
-        if keyed:
-            notes.append(f"The keyframes of {wording.quoted(keyed)} move the control again at the next change of frame")
+        moved = [handle.name for handle in usable if actions.is_animated(handle.control)]
+        if moved:
+            notes.append(f"The animation of {wording.quoted(moved)} moves it again at the next change of frame")
         if not obj.meanvalue.live:
             notes.append("Live is off: turn it on to have the mesh follow")
         return f"{wording.counted(len(usable), 'handle')} reset", notes
