@@ -8,7 +8,7 @@ from ..errors import SceneError
 from ..scene import subject
 from ..scene.baked import TO_CACHE
 from ..scene.core import whole_files
-from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
+from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import preparing
 from .operators.bake import MEANVALUE_OT_bake
 from .operators.unbake import MEANVALUE_OT_unbake
@@ -19,7 +19,6 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
 
     bl_idname = "MEANVALUE_PT_bake"
     bl_label = "Bake"
-    bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
         layout = column_of_settings(self.layout)
@@ -32,16 +31,10 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
                 layout.label(text=preparing.default_path(obj))
         else:
             layout.prop(settings, "tolerance_share")
-        column = layout.column(align=True)
-        column.prop(settings, "frame_range")
-        if settings.frame_range == 'OWN':
-            column.prop(settings, "frame_start")
-            column.prop(settings, "frame_end")
-        column.prop(settings, "samples")
+        draw_range(layout, settings)
+        layout.prop(settings, "samples")
         _draw_size(layout, context, obj, settings)
-        bake = layout.column()
-        bake.scale_y = 1.4
-        bake.operator(MEANVALUE_OT_bake.bl_idname, icon='REC')
+        draw_main_button(layout, MEANVALUE_OT_bake, 'REC')
 
 
 def draw_top(layout, context, obj):

@@ -5,7 +5,7 @@ import bpy
 
 from .. import wording
 from ..scene import subject
-from ..widgets.panels import SidebarPanel, column_of_settings, draw_wrapped
+from ..widgets.panels import SidebarPanel, column_of_settings, draw_main_button, draw_wrapped
 from .bridge import marker_pairs, takes
 from .operators.import_motion import MEANVALUE_OT_import_motion
 from .operators.marker_problems import MEANVALUE_OT_find_marker_problems, MEANVALUE_OT_swap_markers
@@ -36,9 +36,7 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
                 draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
             return
         _draw_reference(layout, obj, capture)
-        match = layout.column()
-        match.scale_y = 1.4
-        match.operator(MEANVALUE_OT_match_markers.bl_idname, icon='SNAP_ON')
+        draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON')
         _draw_pairs(layout, obj, capture)
 
 

@@ -5,7 +5,7 @@ import bpy
 
 from .. import wording
 from ..scene import rig_space, subject
-from ..widgets.panels import PanelPart, column_of_settings, draw_wrapped
+from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import driven_keys, key_shapes
 from .bridge.head_motion import ON_BONE
 from .operators.add_corrective import MEANVALUE_OT_add_corrective
@@ -18,7 +18,6 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
 
     bl_idname = "MEANVALUE_PT_sliders"
     bl_label = "Shape Key Values"
-    bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
         layout, obj = column_of_settings(self.layout), subject.of(context)
@@ -36,7 +35,6 @@ class MEANVALUE_PT_bake_values(PanelPart, bpy.types.Panel):
 
     bl_parent_id = MEANVALUE_PT_sliders.bl_idname
     bl_label = "From Handles or Markers"
-    bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
         layout, obj = column_of_settings(self.layout), subject.of(context)
@@ -48,16 +46,10 @@ class MEANVALUE_PT_bake_values(PanelPart, bpy.types.Panel):
         rig = rig_space.armature(obj) if settings.head_motion == ON_BONE else None
         if rig is not None:
             layout.prop_search(settings, "bone", rig.pose, "bones")
-        column = layout.column(align=True)
-        column.prop(settings, "frame_range")
-        if settings.frame_range == 'OWN':
-            column.prop(settings, "frame_start")
-            column.prop(settings, "frame_end")
+        draw_range(layout, settings)
         layout.prop(settings, "tolerance")
         layout.prop(settings, "replace")
-        bake = layout.column()
-        bake.scale_y = 1.4
-        bake.operator(MEANVALUE_OT_bake_values.bl_idname, icon='REC')
+        draw_main_button(layout, MEANVALUE_OT_bake_values, 'REC')
 
 
 CLASSES = (MEANVALUE_PT_sliders, MEANVALUE_PT_bake_values)

@@ -24,6 +24,22 @@ def column_of_settings(layout):
     return column
 
 
+def draw_main_button(layout, operator, icon):
+    """A larger one, for what the settings above it are for."""
+    button = layout.column()
+    button.scale_y = 1.4
+    button.operator(operator.bl_idname, icon=icon)
+
+
+def draw_range(layout, settings):
+    """The frames to bake: see OPTIONS of baking/properties.py."""
+    column = layout.column(align=True)
+    column.prop(settings, "frame_range")
+    if settings.frame_range == 'OWN':
+        column.prop(settings, "frame_start")
+        column.prop(settings, "frame_end")
+
+
 def draw_wrapped(layout, context, text, icon='NONE'):
     """Labels for `text`, broken to the width of the region; the icon stands at the first line."""
     scale = context.preferences.system.ui_scale
@@ -45,6 +61,7 @@ class SidebarPanel:
 
 class PanelPart(SidebarPanel):
     bl_parent_id = "MEANVALUE_PT_panel"
+    bl_options = {'DEFAULT_CLOSED'}
 
     @classmethod
     def poll(cls, context):

@@ -4,7 +4,7 @@
 import bpy
 
 from ..scene import subject
-from ..widgets.panels import PanelPart, column_of_settings
+from ..widgets.panels import PanelPart, column_of_settings, draw_main_button
 from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
 from .operators.wrap import MEANVALUE_OT_wrap
 
@@ -13,7 +13,6 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
     """Take the shape of a mesh that has other faces"""
 
     bl_label = "Wrap"
-    bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
         layout = self.layout
@@ -24,9 +23,7 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
         if settings.pairs:
             row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, text="", icon='X').clear = True
             layout.label(text=f"Pairs picked: {len(settings.pairs)}")
-        wrap = layout.column()
-        wrap.scale_y = 1.4
-        wrap.operator(MEANVALUE_OT_wrap.bl_idname, icon='MOD_SHRINKWRAP')
+        draw_main_button(layout, MEANVALUE_OT_wrap, 'MOD_SHRINKWRAP')
 
 
 CLASSES = (MEANVALUE_PT_wrap,)

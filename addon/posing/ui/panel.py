@@ -96,8 +96,6 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
 class PosingPart(PanelPart):
     """Mix-in: not while a bake plays in place of the pose."""
 
-    bl_options = {'DEFAULT_CLOSED'}
-
     @classmethod
     def poll(cls, context):
         return super().poll(context) and not subject.of(context).meanvalue.baked.target
@@ -156,7 +154,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
 
     bl_idname = "MEANVALUE_PT_advanced"
     bl_label = "Advanced"
-    bl_options = {'DEFAULT_CLOSED'}
     bl_order = 100
 
     def draw(self, context):
