@@ -39,10 +39,6 @@ def _require_only_copy():
         raise RuntimeError(f"Another copy of Mean-Value Deform is on ({package}). Untick it, then tick this one")
 
 
-def _nothing():
-    """For rooms that have nothing else to register."""
-
-
 def register():
     _require_only_copy()
     native_loader.forget()
@@ -53,7 +49,7 @@ def register():
     for room in ROOMS:
         for hooks, item in room.HOOKS:
             hooks.append(item)
-        getattr(room, "register", _nothing)()
+        getattr(room, "register", lambda: None)()
     overlay.register()
     manual.register(ROOMS)
 
@@ -63,7 +59,7 @@ def unregister():
     manual.unregister()
     overlay.unregister()
     for room in reversed(ROOMS):
-        getattr(room, "unregister", _nothing)()
+        getattr(room, "unregister", lambda: None)()
         for hooks, item in room.HOOKS:
             hooks.remove(item)
     handlers.unregister()

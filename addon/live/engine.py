@@ -139,14 +139,16 @@ def follow_all(settles=False):
     _is_missed = _holds > 0
     if _is_missed or _is_rendering:
         return
+    _have_all("finish" if settles or bpy.app.background else "follow")
+    _schedule()
+
+
+def _have_all(act):
+    """act: what all followers that may write are to do, by the name of the method."""
     with held():
         for obj, follower in roll.in_charge():
             with views.where_shown(obj), _reporting(follower):
-                if settles or bpy.app.background:
-                    follower.finish(obj)
-                else:
-                    follower.follow(obj)
-    _schedule()
+                getattr(follower, act)(obj)
 
 
 def _tick():
@@ -157,13 +159,7 @@ def _tick():
         views.pop_up("Mean-Value", wording.sentence(render_notes.untold.pop(0)))
     if not (_is_rendering or _holds):
         is_missed, _is_missed = _is_missed, False
-        with held():
-            for obj, follower in roll.in_charge():
-                with views.where_shown(obj), _reporting(follower):
-                    if is_missed:
-                        follower.follow(obj)
-                    else:
-                        follower.tick(obj)
+        _have_all("follow" if is_missed else "tick")
     return _wait()
 
 

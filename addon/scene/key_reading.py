@@ -3,6 +3,13 @@
 
 from . import shape_keys, vertex_groups
 from .core.finite import require_finite
+from .core.key_shapes import Slider
+
+
+def slider_of(obj, key):
+    """The Slider of a shape key of `obj`. A vertex group that is gone masks nothing, as for Blender."""
+    group = key.vertex_group if key.vertex_group in obj.vertex_groups else ""
+    return Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group)
 
 
 class KeyReading:

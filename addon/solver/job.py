@@ -78,17 +78,15 @@ class Job:
         return self._result
 
     def _go_on(self):
-        task, self._task = None, None
+        self._task = None
         try:
-            task = next(self._steps)
+            self._task = next(self._steps)
         except StopIteration as end:
             self._result = end.value
         except BaseException as error:  # for whoever asks for the result
             self._error = error
-        if task is None:
+        if self._task is None:
             self._end()
-        else:
-            self._task = task
 
     def _end(self):
         """Lets go of the arrays that the steps hold."""

@@ -71,9 +71,6 @@ def problem(obj):
             f"{wording.quoted(others)} {'is' if len(others) == 1 else 'are'} relative to another key than "
             f"'{keys.reference_key.name}'. Choose that in Relative To, or mute what is not to be mixed"
         )
-    lost = [key.name for key in taking_part if key.vertex_group and key.vertex_group not in obj.vertex_groups]
-    if lost:
-        return f"The vertex group of shape key {wording.quoted(lost)} is gone. Choose another, or clear the field"
     return None
 
 

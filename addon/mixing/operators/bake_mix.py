@@ -16,9 +16,6 @@ ADVICE = "Raise the tolerance, or bake the animation to a point cache"
 #: In-between keys that are made at most.
 MOST_KEYS = 60
 
-#: How far a slider goes at least.
-LEAST_RANGE = 1e-6
-
 
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
@@ -49,9 +46,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         if self.remove:
             return None
         mix_input = gather(obj)
-        stuck = [f"'{slider.name}'" for slider in mix_input.sliders if max(slider.high, -slider.low) < LEAST_RANGE]
-        if stuck:
-            raise SceneError(f"The slider of {wording.listed(stuck)} goes nowhere. Raise Range Max, or mute the key")
         tolerance = obj.meanvalue.mix.tolerance_share / 100.0 * mix_input.diagonal
         return InBetweenSearch(mix_input, tolerance, MOST_KEYS)
 

@@ -34,7 +34,6 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         made = _make_own_controls(obj)
         posing.record(obj)
         notes = [f"{wording.counted(made, 'control')} made"] if made else []
-        notes += result.size_notes(posing.binding.deformer.report)
         message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
         return message, list(posing.binding.summary.notes())
 

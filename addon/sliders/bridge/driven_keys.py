@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError
-from ...scene import key_marks, shape_keys
+from ...scene import actions, key_marks, shape_keys
 from ...scene.key_marks import Role
 from . import key_shapes
 
@@ -36,14 +36,18 @@ def positions(obj):
 
 
 def keyframe(obj):
-    """Keys the values at the current frame. Returns what was keyed, in words; None where handles drive no keys."""
+    """Keys the values at the current frame. Returns what was keyed, in words; None where handles drive no keys.
+
+    @throws SceneError.
+    """
     if not is_on(obj):
         return None
     found = key_shapes.problem(obj)
     if found:
         raise SceneError(found)
     driven = names(obj)
-    key_shapes.insert_keyframes(obj, driven)
+    for name in driven:
+        actions.insert_key(obj.data.shape_keys.key_blocks[name], "value")
     return len(driven), "shape key"
 
 

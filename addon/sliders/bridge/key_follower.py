@@ -49,8 +49,6 @@ class KeyFollower(Follower):
     READS = DriveReading
     READS_AT_REST = True
 
-    _cached_binding = staticmethod(lambda _found: None)
-
     @staticmethod
     def asks_for(obj):
         return obj.meanvalue.live and driven_keys.is_on(obj)
@@ -84,29 +82,16 @@ class KeyFollower(Follower):
     def _is_shown(self, _obj):
         return self._wanted is not None and self._shown is self._wanted
 
-    def _has_key(self, _obj):
-        return True
-
     def _read_targets(self, obj):
         return self._targets.gather(obj, self._input.bind_input, self._wanted)
 
     def _do_chores(self, obj):
         self._targets.catch_up(obj, self._input.bind_input)
 
-    def _bind_work(self, _obj):
-        shapes = self._input.shapes
-        arrays = shapes.fit_input(self._input.anchors)
-
-        def work(_execution):
-            fit = key_shapes.fit(shapes, arrays, REFUSED, can_move=False)
-
-            def collect(_obj):
-                self._binding = fit
-
-            return collect
-            yield  # a generator, though there is nothing to wait for
-
-        return work
+    @staticmethod
+    def _cached_binding(found):
+        """Made at once, since it takes no longer than to look it up. @throws SolverError."""
+        return key_shapes.fit(found.shapes, found.shapes.fit_input(found.anchors), REFUSED, can_move=False)
 
     def _solve_work(self, _obj, **_options):
         fit, drive, wanted = self._binding, self._input, self._wanted

@@ -5,10 +5,11 @@ import numpy as np
 
 from ... import compat, wording
 from ...errors import SceneError
-from ...scene import actions, shape_keys
-from ...scene.core.key_shapes import KeyShapes, Slider
-from ...scene.key_reading import KeyReading
+from ...scene import shape_keys
+from ...scene.core.key_shapes import KeyShapes
+from ...scene.key_reading import KeyReading, slider_of
 from ...solver import native_loader, session
+from . import value_curves
 
 
 def sorted_out(obj):
@@ -20,16 +21,14 @@ def sorted_out(obj):
     if keys is None:
         return [], []
     made = shape_keys.made_names(obj)
-    animation = keys.animation_data
-    driven = {curve.data_path for curve in animation.drivers} if animation is not None else ()
+    driven = value_curves.driven_paths(keys)
     sliders, left_alone = [], []
     for key in keys.key_blocks:
         if key == keys.reference_key or key.name in made:
             continue
         why = _why_left_alone(key, driven)
         if why is None:
-            group = key.vertex_group if key.vertex_group in obj.vertex_groups else ""
-            sliders.append(Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group))
+            sliders.append(slider_of(obj, key))
         else:
             left_alone.append((key.name, why))
     return sliders, left_alone
@@ -112,9 +111,3 @@ def set_values(obj, names, found):
     for name, value in zip(names, found, strict=True):
         if np.float32(value) != np.float32(blocks[name].value):
             blocks[name].value = value
-
-
-def insert_keyframes(obj, names):
-    """Keys the values of the shape keys `names` at the current frame. @throws SceneError."""
-    for name in names:
-        actions.insert_key(obj.data.shape_keys.key_blocks[name], "value")

@@ -9,7 +9,6 @@ from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import shape_keys
 from ...scene.core import fixed_points
 from ...solver import session
-from ..core import marked_face
 from . import head_motion, key_shapes, value_curves
 from .anchor_sources import HandleAnchors, MarkerAnchors
 
@@ -18,7 +17,16 @@ SOURCES = {'HANDLES': HandleAnchors, 'MARKERS': MarkerAnchors}
 #: Targets that were not followed are told of from this distance on, as a share of the size of the mesh.
 TOLD = 0.002
 
+#: What is no more is 0, so that keys at rest are.
+ROUNDING = 1e-6
+
 REFUSED = "No values can be found: {}"
+
+
+def problem(obj):
+    """Why there is nothing that values could follow, or None. Either source may be given to the operator."""
+    found = {name: source.problem(obj) for name, source in SOURCES.items()}
+    return found[obj.meanvalue.bake_values.source] if all(found.values()) else None
 
 
 class ValueBaking:
@@ -60,7 +68,7 @@ class ValueBaking:
     def reduce(self):
         """Generator of the share done: chooses the keys of the values that anchors see."""
         seen = [number for number in range(len(self.shapes.names)) if number not in self.fit.unseen]
-        values = marked_face.rounded_values(self.solved.values)
+        values = np.where(np.abs(self.solved.values) < ROUNDING, 0.0, self.solved.values)
         frames = self.source.frames
         for done, number in enumerate(seen):
             of_key = values[:, number]

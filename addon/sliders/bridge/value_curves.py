@@ -22,11 +22,9 @@ def names(obj):
     return [key.name for key in keys.key_blocks if key != keys.reference_key]
 
 
-def driven(obj, wanted):
-    """Those of the names `wanted` whose values a driver sets."""
-    animation = obj.data.shape_keys.animation_data
-    paths = {driver.data_path for driver in animation.drivers} if animation is not None else set()
-    return [name for name in wanted if shape_keys.value_path(name) in paths]
+def driven_paths(keys):
+    """Data paths of what drivers set of shape keys, as shape_keys.value_path() has them."""
+    return {driver.data_path for driver in keys.animation_data.drivers} if keys.animation_data is not None else set()
 
 
 def require_room(obj, names, replace):
@@ -46,7 +44,8 @@ def write(obj, curves, replace):
     @throws SceneError, with nothing changed, if values are animated and not to be replaced, or nothing can be written.
     """
     keys = obj.data.shape_keys
-    left_out = driven(obj, curves)
+    driven = driven_paths(keys)
+    left_out = [name for name in curves if shape_keys.value_path(name) in driven]
     writable = {name: curve for name, curve in curves.items() if name not in left_out}
     if not writable:
         raise SceneError(f"Drivers set the values of {wording.quoted(left_out)}. Delete the drivers first")

@@ -25,8 +25,3 @@ def far(places, distance):
     """(m,) bool: the markers at places (m, 3) whose distance (m,) from the surface is too large to be of the face."""
     spread = np.median(np.linalg.norm(places - np.median(places, axis=0), axis=1))
     return distance > FAR * spread
-
-
-def rounded_values(values):
-    """The values with what is no more than rounding at 0 taken off, so that keys at rest are at 0."""
-    return np.where(np.abs(values) < 1e-6, 0.0, values)

@@ -7,8 +7,7 @@ from ...baking.properties import chosen, unsaved
 from ...live import engine
 from ...widgets.background import BackgroundOperator
 from .. import properties
-from ..bridge import value_curves
-from ..bridge.value_baking import SOURCES, ValueBaking
+from ..bridge import value_baking, value_curves
 
 
 class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
@@ -17,19 +16,12 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_values"
     bl_label = "Bake Shape Key Values"
     doing = "Baking values of"
+    problems = (value_curves.problem, value_baking.problem)
 
     __annotations__ = unsaved(properties.OPTIONS)
 
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj) or value_curves.problem(obj)
-        found = [source.problem(obj) for source in SOURCES.values()] if problem is None else ()
-        if problem is None and all(found):
-            problem = SOURCES[obj.meanvalue.bake_values.source].problem(obj)
-        return problem
-
     def prepare(self, obj):
-        return ValueBaking(obj, bpy.context.scene, self._options(obj))
+        return value_baking.ValueBaking(obj, bpy.context.scene, self._options(obj))
 
     def before(self, prepared):
         with engine.held():

@@ -103,19 +103,6 @@ class BindSummary:
         )
 
 
-# Bind and the first solve take some ten seconds here, and a minute for four times as many; Blender waits meanwhile.
-MANY_FREE_VERTICES = 250_000
-
-
-def size_notes(report):
-    """A sentence that warns of a long solve, where so many vertices are free."""
-    if report.free_count > MANY_FREE_VERTICES:
-        yield (
-            f"With {report.free_count:,} free vertices binding and solving take up to a minute. A smaller region is "
-            "faster"
-        )
-
-
 def nothing_is_held(report):
     """True if no part with free vertices has enough fixed points: a solve could move nothing."""
     parts = [part for part in report.components if part.free_count]

@@ -30,10 +30,10 @@ class Wrapping(Wrap):
             )
 
 
-def problem(context, obj):
+def problem(obj):
     """Why `obj` cannot be wrapped now, or None. Cheap enough for drawing."""
     try:
-        _require_ready(obj, target_of(context, obj))
+        _require_ready(obj, target_of(obj))
     except SceneError as error:
         return str(error)
     count = len(obj.meanvalue.wrap.pairs)
@@ -45,12 +45,12 @@ def problem(context, obj):
     return None
 
 
-def target_of(context, obj):
+def target_of(obj):
     """The object that `obj` takes the shape of: that of the settings, or else the other mesh that is selected.
 
     @throws SceneError.
     """
-    return subject.other_mesh(context, obj, obj.meanvalue.wrap.target)
+    return subject.other_mesh(bpy.context, obj, obj.meanvalue.wrap.target)
 
 
 def _require_ready(obj, target):

@@ -33,7 +33,7 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         problem = super().problem(obj)
         if problem is None and not obj.meanvalue.wrap.pairs:  # else they may be cleared
             try:
-                wrap_scene.target_of(bpy.context, obj)
+                wrap_scene.target_of(obj)
             except SceneError as error:
                 return str(error)
         return problem
@@ -42,7 +42,7 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         return self.clear or self.vertex >= 0
 
     def prompt(self, obj):
-        target = wrap_scene.target_of(bpy.context, obj)
+        target = wrap_scene.target_of(obj)
         what, where = ("a point", obj) if wrap_lines.begun is None else ("the same point", target)
         picked = wording.counted(len(obj.meanvalue.wrap.pairs), "pair")
         return f"Click {what} of '{where.name}'    {picked} picked    Backspace: Take Back    Enter: Done"
@@ -51,7 +51,7 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         if wrap_lines.begun is None:
             wrap_lines.begun = obj.name, picking.vertex_clicked(obj, view)
             return False
-        self.place = picking.place_clicked(wrap_scene.target_of(bpy.context, obj), view)
+        self.place = picking.place_clicked(wrap_scene.target_of(obj), view)
         self.vertex, wrap_lines.begun = wrap_lines.begun[1], None
         return True
 
@@ -76,7 +76,7 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
                 raise SceneError("No pairs are picked")
             pairs.clear()
             return f"The picked pairs of '{obj.name}' are taken back", []
-        target = wrap_scene.target_of(bpy.context, obj)
+        target = wrap_scene.target_of(obj)
         picking.require_vertex(obj, self.vertex)
         if any(pair.vertex == self.vertex for pair in pairs):
             raise SceneError(f"Vertex {self.vertex} has its place already. Choose another one, or clear the pairs")

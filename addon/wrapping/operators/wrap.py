@@ -20,13 +20,10 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         "pairs say what belongs where; without any, both must lie over each other"
     )
     doing = "Wrapping"
-
-    @classmethod
-    def problem(cls, obj):
-        return super().problem(obj) or wrap_scene.problem(bpy.context, obj)
+    problems = (wrap_scene.problem,)
 
     def prepare(self, obj):
-        return wrap_scene.Wrapping(obj, wrap_scene.target_of(bpy.context, obj))
+        return wrap_scene.Wrapping(obj, wrap_scene.target_of(obj))
 
     def job_progress(self):
         return "fitting", self._prepared.share
