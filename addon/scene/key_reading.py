@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads shape keys and what masks them."""
 
+from ..errors import SceneError
 from . import shape_keys, vertex_groups
 from .core.finite import require_finite
 from .core.key_shapes import Slider
 
 
 def slider_of(obj, key):
-    """The Slider of a shape key of `obj`. A vertex group that is gone masks nothing, as for Blender."""
+    """The Slider of a shape key of `obj`. A vertex group that is gone masks nothing, as in Blender."""
     group = key.vertex_group if key.vertex_group in obj.vertex_groups else ""
     return Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group)
 
@@ -15,16 +16,20 @@ def slider_of(obj, key):
 class KeyReading:
     """What kinds of readings as scene/object_model.py wants them have in common, where shape keys are read.
 
-    Subclasses say which: signature(obj), the Sliders that __init__() is given, and result(obj), of parts().
+    Subclasses say which, by static functions: signature(obj), problem(obj), why there is nothing to read, or None, and
+    sliders(obj), the Sliders; and define result(obj), of parts().
     Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
     """
 
-    def __init__(self, obj, sliders):
+    def __init__(self, obj):
         """@throws SceneError."""
-        self._sliders = tuple(sliders)
-        names = dict.fromkeys(name for slider in sliders for name in (slider.name, slider.relative))
+        found = self.problem(obj)
+        if found:
+            raise SceneError(found)
+        self._sliders = tuple(self.sliders(obj))
+        names = dict.fromkeys(name for slider in self._sliders for name in (slider.name, slider.relative))
         self._points = {name: shape_keys.checked(obj, name) for name in names}
-        self._weights = vertex_groups.weights(obj, {slider.group for slider in sliders if slider.group})
+        self._weights = vertex_groups.weights(obj, {slider.group for slider in self._sliders if slider.group})
 
     @classmethod
     def gather(cls, obj):

@@ -83,7 +83,8 @@ def test_nothing_to_drive_is_told(obj, key_shapes, part):
 def test_values_are_keyed_on_the_current_frame(obj, key_shapes, part):
     add_key(obj, "Free", 1)
     key_shapes.set_values(obj, ["Free"], [0.5])
-    key_shapes.insert_keyframes(obj, ["Free"])
+    obj.meanvalue.drive = 'SHAPE_KEYS'
+    assert part("sliders.bridge.driven_keys").keyframe(obj) == (1, "shape key")
     path = part("scene.shape_keys").value_path("Free")
     frames, values = part("scene.actions").read_keys(obj.data.shape_keys, path)
     assert (frames.tolist(), values.tolist()) == ([1.0], [0.5])

@@ -6,7 +6,6 @@ import numpy as np
 from ...errors import SceneError
 from . import mixed_keys, morphers
 from .mix_follower import MixFollower
-from .mix_reading import gather
 
 solve_steps = morphers.solve_steps
 is_on, turn = MixFollower.asks_for, MixFollower.turn
@@ -18,7 +17,7 @@ def is_meant(obj):
 
 
 def bind(obj):
-    return morphers.Mixing(gather(obj))
+    return morphers.Mixing(mixed_keys.gather(obj))
 
 
 def row(obj, mix_input):

@@ -9,7 +9,6 @@ from ...live.following import Following
 from ...scene import actions, shape_keys, subject
 from ...solver import session
 from . import mixed_keys, morphers
-from .mix_reading import MixReading
 
 
 def turned(obj):
@@ -26,7 +25,7 @@ def turned(obj):
 class MixFollower(Following):
     """What is read is a MixInput, what is wanted the values of the sliders."""
 
-    READS = MixReading
+    READS = mixed_keys.MixReading
     READS_AT_REST = True
     BUSY_MODES = {'EDIT', 'SCULPT', 'VERTEX_PAINT', 'WEIGHT_PAINT', 'TEXTURE_PAINT', 'PARTICLE_EDIT'}
     FOLLOWS, AND_EXPORTS = "shape keys", ""

@@ -4,9 +4,12 @@
 import numpy as np
 
 from ... import ids, wording
-from ...scene import key_marks, shape_keys
+from ...scene import key_marks, mesh_arrays, mirrors, seams, shape_keys
 from ...scene.baked import names_in
+from ...scene.core import welding
 from ...scene.key_marks import Role
+from ...scene.key_reading import KeyReading, slider_of
+from ..core.mix_input import MixInput
 
 
 def mix_names(obj):
@@ -71,6 +74,9 @@ def problem(obj):
             f"{wording.quoted(others)} {'is' if len(others) == 1 else 'are'} relative to another key than "
             f"'{keys.reference_key.name}'. Choose that in Relative To, or mute what is not to be mixed"
         )
+    lost = [key.name for key in taking_part if key.vertex_group and key.vertex_group not in obj.vertex_groups]
+    if lost:
+        return f"The vertex group of shape key {wording.quoted(lost)} is gone. Choose another, or clear the field"
     return None
 
 
@@ -106,3 +112,34 @@ def why_hidden(obj):
     if obj.meanvalue.baked.target:
         return shape_keys.BAKE_PLAYS
     return None
+
+
+class MixReading(KeyReading):
+    """A kind of reading as scene/object_model.py wants it, of MixInputs."""
+
+    problem = staticmethod(problem)
+
+    @staticmethod
+    def sliders(obj):
+        return [slider_of(obj, key) for key in mixed(obj)]
+
+    @staticmethod
+    def signature(obj):
+        return len(obj.data.vertices), MixReading.sliders(obj), seams.signature(obj), mirrors.signature(obj)
+
+    @staticmethod
+    def written_key(obj):
+        return key_marks.only(obj.data.shape_keys, Role.MIX)
+
+    def result(self, obj):
+        """The MixInput. @throws SceneError."""
+        parts = self.parts(obj)
+        rest, shapes, faces = parts["rest"], parts["points"], mesh_arrays.faces(obj.data)
+        welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
+        copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
+        planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
+        triangles = mesh_arrays.triangles(obj.data, rest)
+        return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
+
+
+gather = MixReading.gather

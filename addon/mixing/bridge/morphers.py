@@ -10,7 +10,6 @@ from ...errors import ChangedMeanwhileError, SolverError
 from ...solver import native_loader, session
 from ..core import in_betweens
 from . import mixed_keys
-from .mix_reading import gather
 
 REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
 
@@ -91,7 +90,7 @@ class Mixing:
 
     def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if the shape keys are others by now."""
-        if mixed_keys.problem(obj) is None and gather(obj).revision == self.bind_input.revision:
+        if mixed_keys.problem(obj) is None and mixed_keys.gather(obj).revision == self.bind_input.revision:
             return
         raise ChangedMeanwhileError(obj.name)
 

@@ -7,7 +7,6 @@ from ... import wording
 from ...errors import SceneError
 from ...widgets.background import BackgroundOperator
 from ..bridge import in_between_keys, mixed_keys
-from ..bridge.mix_reading import gather
 from ..bridge.morphers import InBetweenSearch
 
 #: Where the tolerance is not reached.
@@ -45,7 +44,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     def prepare(self, obj):
         if self.remove:
             return None
-        mix_input = gather(obj)
+        mix_input = mixed_keys.gather(obj)
         tolerance = obj.meanvalue.mix.tolerance_share / 100.0 * mix_input.diagonal
         return InBetweenSearch(mix_input, tolerance, MOST_KEYS)
 

@@ -6,7 +6,6 @@ The values are a function of where the controls are alone: so they change steadi
 
 import time
 
-from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
 from ...posing.live.follower import Follower
 from ...scene import shape_keys
@@ -69,12 +68,6 @@ class KeyFollower(Follower):
     def _begin_anew(self):
         super()._begin_anew()
         self._missed = None  # name of the handle that the keys do not reach
-
-    def _require_ready(self, obj):
-        super()._require_ready(obj)
-        found = key_shapes.problem(obj)
-        if found:
-            raise SceneError(found)
 
     def _require_good_binding(self, obj):
         """Nothing is kept in the file of what is bound."""

@@ -15,10 +15,10 @@ from . import value_curves
 def sorted_out(obj):
     """([Slider] that may be driven, [(name, why in words)] of the keys that are left alone), in the order of the keys.
 
-    Without the reference key and what the add-on itself writes. Cheap enough for drawing.
+    Without the reference key and what the add-on itself writes; none where keys are absolute. Cheap enough for drawing.
     """
     keys = obj.data.shape_keys
-    if keys is None:
+    if keys is None or not keys.use_relative:
         return [], []
     made = shape_keys.made_names(obj)
     driven = value_curves.driven_paths(keys)
@@ -70,12 +70,8 @@ def left_alone_note(left_alone):
 class SliderReading(KeyReading):
     """A kind of reading as scene/object_model.py wants it, of KeyShapes."""
 
-    def __init__(self, obj):
-        found = problem(obj)
-        if found:
-            raise SceneError(found)
-        sliders, self._left_alone = sorted_out(obj)
-        super().__init__(obj, sliders)
+    problem = staticmethod(problem)
+    sliders = staticmethod(lambda obj: sorted_out(obj)[0])
 
     @staticmethod
     def signature(obj):
@@ -84,7 +80,7 @@ class SliderReading(KeyReading):
 
     def result(self, obj):
         """The KeyShapes. @throws SceneError if no key has any effect."""
-        found = KeyShapes(**self.parts(obj), left_alone=tuple(self._left_alone)).with_effect()
+        found = KeyShapes(**self.parts(obj), left_alone=tuple(sorted_out(obj)[1])).with_effect()
         if not found.sliders:
             raise SceneError(_none_to_drive(obj, found.left_alone))
         return found

@@ -16,12 +16,6 @@ def problem(obj):
     return None if keys.use_relative else shape_keys.ABSOLUTE
 
 
-def names(obj):
-    """Of the shape keys but the Basis, in their order."""
-    keys = obj.data.shape_keys
-    return [key.name for key in keys.key_blocks if key != keys.reference_key]
-
-
 def driven_paths(keys):
     """Data paths of what drivers set of shape keys, as shape_keys.value_path() has them."""
     return {driver.data_path for driver in keys.animation_data.drivers} if keys.animation_data is not None else set()

@@ -49,7 +49,9 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
             recorded = value_files.read(bpy.path.abspath(self.filepath), self.rate or None)
         except MotionFileError as error:  # begins with the name of the file, which must stay as it is
             raise MotionFileError(f"Cannot import {error}") from error
-        found = key_names.matched(recorded.names, value_curves.names(obj), self.names)
+        keys = obj.data.shape_keys
+        names = [key.name for key in keys.key_blocks if key != keys.reference_key]
+        found = key_names.matched(recorded.names, names, self.names)
         curves = self._curves(recorded, found)
         if not curves:
             raise SceneError(
