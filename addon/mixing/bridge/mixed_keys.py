@@ -98,7 +98,7 @@ def carry_over(obj):
     """In files of before shape keys had marks the key has its name alone."""
     if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None and not mix_names(obj):
         key = obj.data.shape_keys and obj.data.shape_keys.key_blocks.get(ids.MIX_KEY)
-        if key:
+        if key and key.value == 1.0 and shape_keys.WRITTEN[Role.MIX] not in obj.data.shape_keys:
             key.slider_min = key_marks.mark(Role.MIX)
 
 
