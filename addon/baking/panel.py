@@ -3,11 +3,8 @@
 
 import bpy
 
-from .. import wording
-from ..errors import SceneError
 from ..scene import subject
 from ..scene.baked import TO_CACHE
-from ..scene.core import whole_files
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import preparing
 from .operators.bake import MEANVALUE_OT_bake
@@ -33,7 +30,6 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
             layout.prop(settings, "tolerance_share")
         draw_range(layout, settings)
         layout.prop(settings, "samples")
-        _draw_size(layout, context, obj, settings)
         draw_main_button(layout, MEANVALUE_OT_bake, 'REC')
 
 
@@ -48,19 +44,6 @@ def draw_top(layout, context, obj):
     if obj.meanvalue.handles:
         layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep Bake, Remove Handles").keep_bake = True
     return True
-
-
-def _draw_size(layout, context, obj, settings):
-    """How much there is to do, or why it cannot be done."""
-    try:
-        times = preparing.times_of(context.scene, obj, settings)
-    except SceneError as error:
-        draw_wrapped(layout, context, wording.sentence(str(error)), icon='ERROR')
-        return
-    text = f"{times[0]:g} to {times[-1]:g}: {wording.counted(len(times), 'sample')}"
-    if settings.target == TO_CACHE:
-        text += f", {whole_files.in_bytes(preparing.cache_bytes(obj, times))}"
-    layout.label(text=text)
 
 
 CLASSES = (MEANVALUE_PT_bake,)

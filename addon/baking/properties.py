@@ -33,13 +33,6 @@ OPTIONS = {
     ),
     "frame_start": IntProperty(name="Start", description="First frame to bake", default=1),
     "frame_end": IntProperty(name="End", description="Last frame to bake", default=250),
-    "step": IntProperty(
-        name="Step",
-        description="Bake every frame (1), every second (2), ...; those between are blended",
-        default=1,
-        min=1,
-        soft_max=10,
-    ),
     "samples": IntProperty(
         name="Samples",
         description="Samples per frame: more than 1 bakes between frames too, for motion blur and fast motion",
@@ -54,9 +47,6 @@ OPTIONS = {
         "the names of both",
         subtype='FILE_PATH',
         options=compat.flags_of_paths(),
-    ),
-    "prefix": StringProperty(
-        name="Name", description="Shape keys are called so, with the frame", default="Bake", maxlen=40
     ),
     "tolerance_share": FloatProperty(
         name="Tolerance",

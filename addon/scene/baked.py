@@ -17,7 +17,6 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     """What a bake has made of the object, so that it can be taken back. Lists are JSON"""
 
     target: StringProperty()  # "" for none
-    path: StringProperty()
     modifier: StringProperty(maxlen=ids.NAME_LENGTH)
     keys: StringProperty()
     muted: StringProperty()

@@ -6,7 +6,6 @@ there as the add-on does: True if it was taken, False if an error of the add-on'
 """
 
 import importlib.util
-import json
 import pathlib
 
 import numpy as np
@@ -17,7 +16,7 @@ from addon.errors import MeanValueError
 from addon.posing.core.bind_input import BindInput
 from addon.solver.core import steps
 
-from .mutations import mutated, with_odd_values
+from .mutations import mutated
 
 _SPEC = importlib.util.spec_from_file_location(
     "meanvalue_farm", pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm" / "meanvalue_farm.py"
@@ -39,10 +38,9 @@ def is_taken(action):
 class PointCaches:
     name = "pc2"
 
-    def __init__(self, folder):
-        rows = np.random.default_rng(1).standard_normal((3, 5, 3))
-        point_cache.write(folder / "seed.pc2", point_cache.Header(5, 1.0, 1.0, 3), rows)
-        self.seeds = [(folder / "seed.pc2").read_bytes()]
+    def __init__(self, _folder):
+        rows = np.random.default_rng(1).standard_normal((3, 5, 3)).astype(np.float32)
+        self.seeds = [point_cache.Header(5, 1.0, 1.0, 3).packed() + rows.tobytes()]
 
     damaged = staticmethod(mutated)
 
@@ -53,8 +51,8 @@ class PointCaches:
 
     def _read(self, path):
         header = point_cache.read_header(path)
-        rows = sum(len(portion) for portion in point_cache.portions(path))
-        assert rows == header.samples and header.bytes == path.stat().st_size
+        assert 0 in (header.samples, header.vertices) or len(point_cache.mapped(path)) == header.samples
+        assert header.bytes == path.stat().st_size
 
 
 def a_plan(**more):
@@ -104,38 +102,32 @@ class Bundles:
         assert len(plan.clip.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
 
 
-def json_damaged(content, random_numbers):
-    if random_numbers.random() < 0.3:
-        return mutated(content, random_numbers)
-    return json.dumps(with_odd_values(json.loads(content), random_numbers)).encode()
-
-
 class Chunks:
-    """Markers of chunks: what is none counts as a chunk that is missing. Plans and markers of caches are read alike."""
+    """Chunks of a bake, which are refused by their checksums; markers of caches are read in test_point_cache.py."""
 
-    damaged = staticmethod(json_damaged)
+    damaged = staticmethod(mutated)
 
     name = "chunk"
     KEY = "0123abcd"
 
     def __init__(self, folder):
-        self._rows = np.random.default_rng(2).standard_normal((4, 5, 3))
+        self._rows = np.random.default_rng(2).standard_normal((4, 5, 3)).astype(np.float32)
         self._store(folder).write(1, self._rows, ["", "a", "", ""])
-        self._cache = next(folder.glob("*.pc2"))
-        self.seeds = [self._cache.with_suffix(".json").read_bytes()]
+        self._name = next(folder.glob("*.npz")).name
+        self.seeds = [(folder / self._name).read_bytes()]
 
     def _store(self, folder):
-        return chunk_store.ChunkStore(folder, self.KEY, range(1, 5), 5)
+        return chunk_store.ChunkStore(folder, self.KEY, range(1, 5))
 
     def attempt(self, content, folder):
-        (folder / self._cache.name).write_bytes(self._cache.read_bytes())
-        (folder / self._cache.with_suffix(".json").name).write_bytes(content)
+        (folder / self._name).write_bytes(content)
         return is_taken(lambda: self._merge(folder))
 
     def _merge(self, folder):
         store = self._store(folder)
         problems = steps.result_of(store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4)))
-        assert list(bake_times.notes([1, 2, 3, 4], problems))
+        assert list(bake_times.notes([1, 2, 3, 4], problems)) == ["1 frame a (2)"]
+        assert np.array_equal(point_cache.mapped(folder / "merged"), self._rows)
 
 
 class FrameRanges:

@@ -24,20 +24,3 @@ def mutated(content, random_numbers):
             result[place : place + 4] = random_numbers.choice(ODD_WORDS)
     end = random_numbers.randrange(max(1, len(result))) if random_numbers.random() < 0.1 else len(result)
     return bytes(result[:end])
-
-
-#: What may stand where a JSON file has something else.
-ODD_VALUES = (None, True, 0, -1, 1.5, 10**30, float("nan"), "", "7", "1-9999999999", "\0", [], [[]], {}, {"a": []})
-
-
-def with_odd_values(value, random_numbers):
-    """A copy of a value of JSON in which something, at any depth, is something else or missing."""
-    if random_numbers.random() < 0.25 or not isinstance(value, (dict, list)) or not value:
-        return random_numbers.choice(ODD_VALUES)
-    if isinstance(value, list):
-        place = random_numbers.randrange(len(value))
-        changed = [] if random_numbers.random() < 0.2 else [with_odd_values(value[place], random_numbers)]
-        return value[:place] + changed + value[place + 1 :]
-    name = random_numbers.choice(list(value))
-    rest = {key: kept for key, kept in value.items() if key != name}
-    return rest if random_numbers.random() < 0.2 else {**rest, name: with_odd_values(value[name], random_numbers)}

@@ -7,7 +7,7 @@ import pytest
 
 from addon.errors import CacheError
 from addon.scene.core import whole_files
-from addon.scene.core.file_names import file_name, windows_problem
+from addon.scene.core.file_names import file_name
 
 
 @pytest.mark.parametrize(
@@ -31,29 +31,6 @@ def test_names_that_every_system_takes(name, expected):
     assert file_name(name) == expected
     assert file_name(expected) == expected
     assert not pathlib.PureWindowsPath(expected + ".pc2").is_reserved()
-
-
-@pytest.mark.parametrize(
-    ("path", "problem"),
-    [
-        ("C:\\scenes\\cache\\tube.pc2", None),
-        ("\\\\server\\share\\tube.pc2", None),
-        ("\\\\server\\share\\scenes/cache/tube.pc2", None),
-        ("\\\\server\\share\\nul\\tube.pc2", "'nul'"),
-        ("\\\\?\\C:\\scenes\\tube.pc2", None),
-        ("C:/scenes/../cache/tube.pc2", None),
-        ("C:\\scenes\\CON.pc2", "'CON.pc2'"),
-        ("C:\\aux\\tube.pc2", "'aux'"),
-        ("C:\\scenes.\\tube.pc2", "'scenes.'"),
-        ("C:\\tube:2.pc2", "'tube:2.pc2'"),
-        ("C:\\" + 300 * "x" + ".pc2", "307"),
-        ("C:\\" + 96 * "x\\" + "tube", None),
-        ("C:\\" + 97 * "x\\" + "tube", "it has 201"),
-    ],
-)
-def test_paths_that_windows_refuses(path, problem):
-    found = windows_problem(path)
-    assert found is None if problem is None else problem in found
 
 
 def open_elsewhere(times, monkeypatch):

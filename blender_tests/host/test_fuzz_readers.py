@@ -8,8 +8,8 @@ pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH"
 from blender_tests.fuzz import driver
 
 RUNS = 300
-#: Refused by their checksum, whatever is damaged. Few damaged files are none.
-CHECKED = ("bundle", "chunk")
+#: Refused by their checksum, whatever is damaged. Few damaged files are none. (Chunks have bytes that say nothing.)
+CHECKED = ("bundle",)
 
 
 @pytest.mark.filterwarnings("error")

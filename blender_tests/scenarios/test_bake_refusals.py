@@ -3,7 +3,6 @@
 
 import os
 import pathlib
-import types
 
 import bpy
 import numpy as np
@@ -150,26 +149,6 @@ NO_FULL_PATHS = {"nt": [r"\tube.pc2", "/tube.pc2"], "posix": [r"C:\a\tube.pc2", 
 def test_full_paths_of_another_system_are_refused(saved, path):
     with steps.refused("no full path"):
         bpy.ops.meanvalue.bake(path=path)
-
-
-@pytest.fixture
-def on_windows(part, monkeypatch):
-    monkeypatch.setattr(part("baking.bridge.preparing"), "os", types.SimpleNamespace(name="nt"))
-
-
-@pytest.mark.parametrize(("path", "text"), [("//CON.pc2", "'CON.pc2'"), (f"//{200 * 'x'}.pc2", "about 199 characters")])
-def test_paths_that_windows_refuses(saved, on_windows, path, text):
-    with steps.refused(text, "another path"):
-        bpy.ops.meanvalue.bake(path=path)
-
-
-def test_shape_keys_have_no_place_in_a_folder_that_is_too_deep_for_windows(tmp_path, on_windows):
-    animated_tube()
-    folder = tmp_path / ("d" * max(1, 190 - len(str(tmp_path))))
-    folder.mkdir()
-    save(folder)
-    with steps.refused("about 199 characters", "elsewhere"):
-        bpy.ops.meanvalue.bake(target='SHAPE_KEYS')
 
 
 def test_a_copy_with_the_same_mesh_has_a_cache_of_its_own(saved, tmp_path):

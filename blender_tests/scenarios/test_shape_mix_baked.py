@@ -238,11 +238,11 @@ def test_in_betweens_are_saved_and_appended(tmp_path):
 
 
 def test_baked_anew_otherwise_and_taken_back(playing):
-    """In every second frame, at one of which both bakes have a key."""
+    """Between frames too, at one of which both bakes have a key."""
     bpy.context.scene.frame_set(7)
     before = shown(playing)
     playing.meanvalue.mix.is_on = True
-    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', tolerance_share=0, step=2) == {'FINISHED'}
+    assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', tolerance_share=0, samples=2) == {'FINISHED'}
     bpy.context.scene.frame_set(7)
     np.testing.assert_allclose(shown(playing), before, atol=1e-4)
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}

@@ -72,4 +72,4 @@ def saved_tube(tmp_path):
 
 def rows(path):
     """(f, n, 3) float32 of a point cache."""
-    return np.concatenate(list(installed.part("baking.core.point_cache").portions(path)))
+    return np.array(installed.part("baking.core.point_cache").mapped(path))

@@ -33,9 +33,9 @@ class Baking:
         self.times = preparing.times_of(scene, obj, options)
         self.shown_path, self.path = preparing.paths(obj, options)
         preparing.require_fit(obj, self.times, options, self.path)
-        self.notes = ()  # on what was sampled, sentences
         self._kind = bakeable.of(obj) or handle_source
         self.posing = self._kind.bind(obj)
+        self.require_unchanged = self.posing.require_unchanged
         self.plan = self.store = self.problems = self.kept = self.shapes = self._execution = None
         self.is_done = False
         self._done = self._doing = 0  # rows, and of the chunk that is being solved
@@ -47,14 +47,13 @@ class Baking:
         rows = yield from frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
         if self._kind is handle_source:
             clip = handle_source.clip(find(), bind_input, np.array(rows), self.times)
-            self.notes = tuple(handle_source.notes(find()))
         else:
             clip = RowClip(self._kind, bind_input, np.array(rows))
-        self.plan = BakePlan(clip, self.times, self.options.step / self.options.samples)
+        self.plan = BakePlan(clip, self.times, 1.0 / self.options.samples)
         if not self.to_keys:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
         folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
-        self.store = ChunkStore(folder, self.plan.key, self.plan.numbers, self.plan.header.vertices)
+        self.store = ChunkStore(folder, self.plan.key, self.plan.numbers)
 
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
@@ -80,18 +79,12 @@ class Baking:
         self._doing = 0
         self.store.write(numbers[0], rows, problems)
 
-    def require_unchanged(self, obj):
-        """@throws SceneError if the mesh is another by now."""
-        self.posing.require_unchanged(obj)
-
     def stopped(self):
         """What is kept, for whoever has stopped it; None before anything could be."""
         if self.store is None:
             return None
         total = len(self.store.frames)
         kept = total - len(self.store.missing())
-        if kept == 0:
-            return "Stopped, before the first frames were whole"
         return f"Stopped. {counted(kept, 'frame')} of {total:,} kept: Bake again goes on from there"
 
     def progress(self):
@@ -110,11 +103,9 @@ class Baking:
             self.problems = yield from self.store.merge(path, self.plan.header)
             yield from self._choose_keys(path)
             return
-        about = point_cache.read_marker(self.path)
         if not self.is_done:
             self.problems = yield from self.store.merge(self.path, self.plan.header)
-            about = {"key": self.plan.key, "problems": self.problems}
-        preparing.write_marker(self.path, obj, about)
+        preparing.write_marker(self.path, obj, self.plan.key)
         self.store.remove()
 
     def _choose_keys(self, path):

@@ -25,7 +25,6 @@ CHUNK_BYTES = 256 << 20
 
 #: What is said of a frame.
 FAILED = "could not be solved, so the shape of the one before is there: {}"
-NOT_NUMBERS = FAILED.format("the solver gave positions that are not numbers")
 EARLY = "stopped before it had converged. Have a look"
 
 
@@ -68,9 +67,6 @@ class HandleClip:
             execution=execution,
         )
         problems = ["" if is_converged else EARLY for is_converged in sequence.converged]
-        for row in np.flatnonzero(~np.isfinite(vertices).all(axis=(1, 2))):
-            problems[row] = NOT_NUMBERS
-            vertices[row] = vertices[row - 1] if row else self.bind_input.rest
         for row in sequence.snaps:
             problems[row - begin] = bake_times.SNAPS
         for row, message in sequence.errors:
@@ -132,6 +128,5 @@ class BakePlan:
 
     def chunks(self):
         """[(begin, end)] rows."""
-        run_bytes = RUN_FRAMES * self.header.row_bytes
-        count = RUN_FRAMES * max(1, min(CHUNK_FRAMES // RUN_FRAMES, CHUNK_BYTES // max(1, run_bytes)))
+        count = CHUNK_FRAMES if CHUNK_FRAMES * self.header.row_bytes <= CHUNK_BYTES else RUN_FRAMES
         return [(begin, min(begin + count, len(self.times))) for begin in range(0, len(self.times), count)]

@@ -6,7 +6,7 @@ import numpy as np
 from ...errors import SceneError
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
-from ...scene import actions, frames, rig_space, views
+from ...scene import frames, rig_space, views
 from .clips import HandleClip
 
 
@@ -37,23 +37,10 @@ def clip(obj, bind_input, rows, times, portable=False):
     return HandleClip(bind_input, np.ascontiguousarray(rows[..., :3]), weights, portable, kept)
 
 
-def notes(obj):
-    """Sentences on what an artist may not expect."""
-    hard = [handle.name for handle in targets.moved_handles(obj) if not handle.is_soft and _is_freed(handle.control)]
-    if hard:
-        yield f"Influence counts for soft handles only; {', '.join(hard)} held fully. Turn Soft on for them"
-
-
 def animated(obj):
     """The datablocks that move the handles: the object, its rigs, the controls, and what these hang on or follow."""
     rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
     return frames.movers([obj, *rigs, *(handle.control for handle in targets.moved_handles(obj))])
-
-
-def _is_freed(control):
-    """Whether the influence of a control is another than full, or animated."""
-    keyed, _values = actions.read_keys(control, "meanvalue.influence")
-    return control.meanvalue.influence != 1.0 or len(keyed) > 0
 
 
 def require_evaluated(obj):

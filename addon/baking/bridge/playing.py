@@ -5,14 +5,14 @@ import json
 
 import bpy
 
-from ... import compat, ids, wording
+from ... import compat, ids
 from ...scene import actions, bakeable, declarations, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
 
 def play_cache(obj, path, header):
-    """A Mesh Cache modifier on top of the stack. Returns notes."""
+    """A Mesh Cache modifier on top of the stack."""
     modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
     compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
     scale = 1.0 / header.rate
@@ -26,16 +26,10 @@ def play_cache(obj, path, header):
     modifier.forward_axis, modifier.up_axis = 'POS_Y', 'POS_Z'
     _hide_result(obj)
     record = obj.meanvalue.baked
-    record.target, record.path, record.modifier = TO_CACHE, path, modifier.name
-    others = [key.name for key in _shown_keys(obj)]
-    if others:
-        yield (
-            f"While the cache plays, {'shape key' if len(others) == 1 else 'shape keys'} {wording.quoted(others)} "
-            "cannot be seen: the modifier puts every vertex in its place"
-        )
+    record.target, record.modifier = TO_CACHE, modifier.name
 
 
-def play_keys(obj, times, shapes, prefix):
+def play_keys(obj, times, shapes):
     """Shape keys at these times with their F-curves. Returns notes. For what has no keys_problem()."""
     mesh = obj.data
     record = obj.meanvalue.baked
@@ -45,7 +39,7 @@ def play_keys(obj, times, shapes, prefix):
     active_index = obj.active_shape_key_index
     made = []
     for time, shape in zip(times, shapes, strict=True):
-        key = obj.shape_key_add(name=_key_name(prefix, time), from_mix=False)
+        key = obj.shape_key_add(name=_key_name(time), from_mix=False)
         shape_keys.write_positions(mesh, key, shape)
         key.value = 0.0
         made.append(key)
@@ -70,14 +64,13 @@ def keys_problem(obj):
 
 
 def take_back(obj):
-    """Takes back what the last bake of `obj` has made in the scene. Files stay. Returns what it was, in words."""
+    """Takes back what the last bake of `obj` has made in the scene. Files stay."""
     record = obj.meanvalue.baked
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
     if modifier is not None and modifier.type == "MESH_CACHE":
         obj.modifiers.remove(modifier)
-    said = f"the modifier '{record.modifier}'" if record.modifier else ""
     if record.target == TO_KEYS:
-        said = wording.counted(_remove_keys(obj, names_in(record.keys)), "shape key")
+        _remove_keys(obj, names_in(record.keys))
         shape_keys.remove_lone_basis(obj)
     muted = json.loads(record.muted or "[]")
     values = muted if isinstance(muted, dict) else {}  # in older files, where values stayed
@@ -91,7 +84,6 @@ def take_back(obj):
         obj.meanvalue.live = True
     if was_mixed and kind is not None:
         kind.turn(obj, True)
-    return said
 
 
 def keep(obj):
@@ -124,13 +116,6 @@ def _hide_result(obj):
         shape_keys.turn_off(each)
 
 
-def _shown_keys(obj):
-    keys = obj.data.shape_keys
-    if keys is None or not keys.use_relative:
-        return []
-    return [key for key in keys.key_blocks if key != keys.reference_key and key.value and not key.mute]
-
-
 def _animate_values(keys, made, times):
     """Each key is at 1 at its own frame and at 0 at its neighbors', so that values cross-fade and sum to 1."""
     for number, key in enumerate(made):
@@ -143,7 +128,7 @@ def _animate_values(keys, made, times):
 def _remove_keys(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
-        return 0
+        return
     paths = {shape_keys.value_path(name) for name in names}
     keys.use_relative = True  # bakes of version 0.1 could be absolute
     curves = compat.curves_to_read(keys)
@@ -151,12 +136,10 @@ def _remove_keys(obj, names):
         curves.remove(curve)
     if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
         actions.remove_action(keys)
-    count = sum(name in keys.key_blocks for name in names)
     shape_keys.remove(obj, names)
-    return count
 
 
-def _key_name(prefix, time):
+def _key_name(time):
     """ "Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
     whole, dot, part = sample_times.named(abs(time)).partition(".")
-    return f"{prefix} {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"
+    return f"Bake {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"

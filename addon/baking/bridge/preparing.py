@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which frames an artist has chosen to bake, whether that fits the object, and where it goes."""
 
-import os
 import pathlib
 import uuid
 
@@ -13,7 +12,7 @@ from ...ids import CACHE_FOLDER
 from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
-from ...scene.core.file_names import file_name, windows_problem
+from ...scene.core.file_names import file_name
 from ..core import bake_times, point_cache
 from . import handle_source, playing
 
@@ -24,9 +23,6 @@ MANY_KEYS = 500
 #: Marks that this session has given: undo takes them off their objects, and the caches stay.
 _made = set()
 
-#: Memory of a shape key, for each vertex: positions, and the copy that Blender evaluates.
-KEY_BYTES_PER_VERTEX = 24
-
 
 def times_of(scene, obj, options):
     """f float64: the frames to sample. @throws SceneError."""
@@ -35,7 +31,7 @@ def times_of(scene, obj, options):
         first, last = scene.frame_start, scene.frame_end
     elif options.frame_range == 'ANIMATION':
         first, last = frames.moved_range(scene, (bakeable.of(obj) or handle_source).animated(obj))
-    return bake_times.sample_times(first, last, options.step, options.samples)
+    return bake_times.sample_times(first, last, options.samples)
 
 
 def require_fit(obj, times, options, path):
@@ -51,23 +47,16 @@ def require_fit(obj, times, options, path):
 
 def doubts(obj, times, options, path):
     """Sentences on what the artist is asked about before it is baked so."""
-    vertices, size = len(obj.data.vertices), cache_bytes(obj, times)
-    if options.target == TO_KEYS:
-        size = len(times) * vertices * KEY_BYTES_PER_VERTEX
-        if len(times) > MANY_KEYS or size > LARGE_BYTES:
-            return [
-                f"Up to {wording.counted(len(times), 'shape key')} of {wording.vertices(vertices)} will take "
-                f"{whole_files.in_bytes(size)} of memory and slow Blender down. A point cache has no such limits"
-            ]
-        return []
-    found = []
-    if size > LARGE_BYTES:
+    found, to_keys = [], options.target == TO_KEYS
+    size = 12 * len(obj.data.vertices) * len(times) * (2 if to_keys else 1)  # of keys Blender evaluates a copy
+    if size > LARGE_BYTES or (to_keys and len(times) > MANY_KEYS):
         found.append(
-            f"The point cache of {len(times):,} samples of {wording.vertices(vertices)} will take "
-            f"{whole_files.in_bytes(size)}, and as much again while it is put together"
+            f"Up to {wording.counted(len(times), 'shape key' if to_keys else 'sample')} of "
+            f"{wording.vertices(len(obj.data.vertices))} will take {whole_files.in_bytes(size)}"
+            + (" of memory and slow Blender down: a point cache does not" if to_keys else ", twice at the end")
         )
     marker = point_cache.read_marker(path)
-    if path.exists() and not _is_own(obj, marker):
+    if not to_keys and path.exists() and not _is_own(obj, marker):
         whose = "something else than a bake"
         if "object" in marker:
             whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
@@ -82,16 +71,11 @@ def _is_own(obj, marker):
     return names == (obj.name, blend_name()) and marker.get("mark", "") in known
 
 
-def write_marker(path, obj, about):
+def write_marker(path, obj, key):
     """@throws CacheError."""
     mark = obj.meanvalue.bake.mark = obj.meanvalue.bake.mark or uuid.uuid4().hex
     _made.add(mark)
-    point_cache.write_marker(path, {**about, "object": obj.name, "blend": blend_name(), "mark": mark})
-
-
-def cache_bytes(obj, times):
-    """Of the whole file."""
-    return point_cache.Header(len(obj.data.vertices), 0.0, 1.0, len(times)).bytes
+    point_cache.write_marker(path, {"key": key, "object": obj.name, "blend": blend_name(), "mark": mark})
 
 
 def default_path(obj):
@@ -113,9 +97,7 @@ def paths(obj, options):
     """(as the modifier shows it, in full). For shape keys: where chunks are. @throws SceneError."""
     if options.target == TO_KEYS:
         folder = f"//{_folder()}" if bpy.data.filepath else bpy.app.tempdir
-        full = pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
-        _require_of_windows(full, "Save the file elsewhere")
-        return "", full
+        return "", pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
     shown = options.path.strip() or default_path(obj)
     if shown.startswith("//"):  # Blender's own modifier takes both slashes for one, on all systems
         shown = shown.replace("\\", "/")
@@ -127,19 +109,12 @@ def paths(obj, options):
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")
-    _require_of_windows(full, "Choose another path")
     with whole_files.telling(full):  # of a name that is too long
-        is_folder = full.is_dir()
-    if is_folder or shown.endswith(("/", "\\")):
-        raise SceneError(f"'{shown}' is a folder. Give the point cache the name of a file")
+        if full.is_dir() or shown.endswith(("/", "\\")):
+            raise SceneError(f"'{shown}' is a folder. Give the point cache the name of a file")
     if full.suffix.lower() != ".pc2":
         return f"{shown}.pc2", full.with_name(f"{full.name}.pc2")
     return shown, full
-
-
-def _require_of_windows(full, remedy):
-    if os.name == "nt" and (problem := windows_problem(full)):
-        raise SceneError(f"'{full}' cannot be written: {problem}. {remedy}")
 
 
 def blend_name():

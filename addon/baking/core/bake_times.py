@@ -14,12 +14,11 @@ SNAPS = "the pose snaps"
 MOST_NAMES = 8
 
 
-def sample_times(start, end, step=1, samples=1):
-    """f float64: frames from `start` to at most `end`, `step` apart, `samples` for each step. @throws SceneError."""
+def sample_times(start, end, samples=1):
+    """f float64: frames from `start` to `end`, `samples` for each. @throws SceneError."""
     if end < start:
         raise SceneError(f"The range ends before it begins (frames {start} to {end}). Exchange Start and End")
-    count = (end - start) * samples // step + 1
-    return start + np.arange(count) * step / samples
+    return start + np.arange((end - start) * samples + 1) / samples
 
 
 def notes(times, problems):

@@ -28,14 +28,10 @@ def reduced(rows, times, tolerance):
 
 
 def _blend_is_near(rows, times, begin, end, tolerance):
-    """The middle first, where it is usually farthest."""
-    middle = (begin + end) // 2
-    order = sorted(range(begin + 1, end), key=lambda row: abs(row - middle))
-    return all(_distance(rows, times, begin, end, row) <= tolerance for row in order)
-
-
-def _distance(rows, times, begin, end, row):
-    share = (times[row] - times[begin]) / (times[end] - times[begin])
     first, last = np.array(rows[begin], np.float64), np.array(rows[end], np.float64)
-    off = first + share * (last - first) - rows[row]
-    return float(np.sqrt(np.einsum("ij,ij->i", off, off).max(initial=0.0)))
+    middle = (begin + end) // 2  # where it is usually farthest
+    for row in sorted(range(begin + 1, end), key=lambda row: abs(row - middle)):
+        share = (times[row] - times[begin]) / (times[end] - times[begin])
+        if np.linalg.norm(first + share * (last - first) - rows[row], axis=1).max(initial=0.0) > tolerance:
+            return False
+    return True

@@ -90,7 +90,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if prepared.posing.binding is not None:
             prepared.posing.record(obj)
         playing.take_back(obj)
-        notes = [*prepared.notes, *_play(obj, prepared)]
+        notes = list(_play(obj, prepared))
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         if prepared.to_keys:
@@ -125,12 +125,12 @@ def _play(obj, prepared):
     """Makes what plays the bake. Yields notes."""
     if prepared.to_keys:
         times = prepared.times[prepared.kept]
-        yield from playing.play_keys(obj, times, prepared.shapes, prepared.options.prefix)
+        yield from playing.play_keys(obj, times, prepared.shapes)
         prepared.store.remove()
         made = wording.counted(len(times), "shape key")
     else:
         header = prepared.plan.header
-        yield from playing.play_cache(obj, prepared.shown_path, header)
+        playing.play_cache(obj, prepared.shown_path, header)
         made = f"'{prepared.shown_path}' ({whole_files.in_bytes(header.bytes)})"
     first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
     obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"

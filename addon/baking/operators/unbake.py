@@ -33,7 +33,7 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
         if self.keep_bake:
             playing.keep(obj)
             return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
-        removed = playing.take_back(obj)
+        playing.take_back(obj)
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        return f"Removed {removed}", []
+        return "Removed the bake", []

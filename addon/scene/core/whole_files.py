@@ -3,65 +3,54 @@
 
 import contextlib
 import errno
+import glob
 import os
 import pathlib
-import shutil
-import socket
+import secrets
 import time
 
 from ...errors import CacheError
 
-#: What other machines left of files that were never finished is taken away after so long.
-ABANDONED_SECONDS = 24 * 3600.0
+#: What nothing has been written to for so long was left by a process that was killed.
+ABANDONED_SECONDS = 3600.0
 
-#: How long the renaming of a file waits for other programs, in seconds.
+#: How long the renaming of a file waits, in seconds: Windows refuses it while another program has either file open, one
+#: that looks for viruses, or Blender playing a cache. That is over soon.
 RETRIES = (0.05, 0.1, 0.2, 0.4, 0.8)
-#: What Windows says then: access denied, sharing violation.
-_OPEN_ELSEWHERE = {5, 32}
 
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG}
 _PROTECTED = {errno.EACCES, errno.EPERM, errno.EROFS}
 
 
 @contextlib.contextmanager
-def replacing(path, byte_count=0):
+def replacing(path):
     """Context manager of a binary file, open for writing and reading, that becomes `path` when all went well.
 
-    byte_count: how much will be written, for the message where the disk is full. The folder is made if it is missing.
-    Whatever happens, there is the old file or the new one, and what was begun is taken away.
+    The folder is made if it is missing. Whatever happens, there is the old file or the new one, and what was begun is
+    taken away.
 
     @throws CacheError in place of OSError.
     """
     path = pathlib.Path(path)
-    with telling(path, byte_count):
+    with telling(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         remove_abandoned(path)
-        begun = path.with_name(f"{path.name}.tmp.{socket.gethostname()}.{os.getpid()}")
+        begun = path.with_name(f"{path.name}.tmp.{secrets.token_hex(4)}")  # others may write the same
         try:
             with begun.open("w+b") as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            _rename(begun, path)
+            for seconds in RETRIES:
+                with contextlib.suppress(PermissionError):
+                    begun.replace(path)
+                    return
+                time.sleep(seconds)
+            begun.replace(path)
         except BaseException:
             with contextlib.suppress(OSError):
                 begun.unlink()
             raise
-        _sync_folder(path.parent)
-
-
-def _rename(begun, path):
-    """Windows refuses it while another program has either file open: one that looks for viruses, or Blender playing a
-    cache, which is over soon."""
-    for seconds in RETRIES:
-        try:
-            begun.replace(path)
-            return
-        except OSError as error:
-            if getattr(error, "winerror", None) not in _OPEN_ELSEWHERE:
-                raise
-            time.sleep(seconds)
-    begun.replace(path)
 
 
 def require_place(path):
@@ -71,81 +60,45 @@ def require_place(path):
     """
     path = pathlib.Path(path)
     with telling(path):
-        folder = next((each for each in path.parents if each.exists()), None)
-        if folder is None:
-            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-        if not folder.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        folder = next((each for each in path.parents if each.exists()), path.parent)
+        os.scandir(folder).close()  # the system says what is wrong
         if not os.access(folder, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         with contextlib.suppress(FileNotFoundError):
-            path.stat()  # the system says so where a name is too long
+            path.stat()  # as it does where a name is too long
 
 
 @contextlib.contextmanager
-def telling(path, byte_count=0):
+def telling(path):
     """Inside, an OSError becomes a CacheError that says what to do."""
     try:
         yield
     except OSError as error:
-        raise CacheError(_explanation(pathlib.Path(path), error, byte_count)) from error
+        raise CacheError(_explanation(pathlib.Path(path), error)) from error
 
 
 def remove_abandoned(path):
-    """Takes away what killed processes have left of `path`: those of this machine, and old ones of others."""
-    mark = f"{path.name}.tmp."
-    for left in path.parent.glob("*.tmp.*"):
-        if left.name.startswith(mark) and _is_abandoned(left, left.name[len(mark) :]):
-            with contextlib.suppress(OSError):
+    """Takes away what killed processes have left of `path`."""
+    for left in path.parent.glob(f"{glob.escape(path.name)}.tmp.*"):
+        with contextlib.suppress(OSError):
+            if time.time() - left.stat().st_mtime > ABANDONED_SECONDS:
                 left.unlink()
 
 
-def _is_abandoned(path, host_and_process):
-    host, _, process = host_and_process.rpartition(".")
-    with contextlib.suppress(OSError):
-        if host != socket.gethostname() or os.name != "posix" or not process.isdigit():
-            return time.time() - path.stat().st_mtime > ABANDONED_SECONDS
-        try:
-            os.kill(int(process), 0)
-        except ProcessLookupError:
-            return True
-    return False
-
-
-def _sync_folder(folder):
-    """So that the new name survives a power failure. Windows cannot, and need not."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
-def _explanation(path, error, byte_count):
+def _explanation(path, error):
     if error.errno in _FULL:
-        needed = f", {in_bytes(byte_count)} are needed" if byte_count else ""
         return (
-            f"The disk is full: '{path.name}' does not fit into {path.parent} ({_free(path.parent)}{needed}). Make "
-            "room or choose another path, and bake again: it goes on from what is done"
-        )
-    if getattr(error, "winerror", None) in _OPEN_ELSEWHERE:
-        return (
-            f"'{path.name}' in {path.parent} may not be written: another program has it open, or it is protected. "
-            "Close that program, or choose another path"
+            f"The disk is full: '{path.name}' does not fit into {path.parent}. Make room or choose another path, and "
+            "bake again: it goes on from what is done"
         )
     if error.errno in _PROTECTED:
-        return f"'{path.name}' may not be written to {path.parent} ({error.strerror}). Choose another path"
+        return (
+            f"'{path.name}' may not be written to {path.parent} ({error.strerror}): it is protected, or another "
+            "program has it open. Close that program, or choose another path"
+        )
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         return f"'{path}' cannot be reached ({error.strerror}). Choose another path, or connect the drive"
     return f"'{path}' cannot be read or written ({error.strerror or error}). Choose another path"
-
-
-def _free(folder):
-    try:
-        return f"{in_bytes(shutil.disk_usage(folder).free)} are free"
-    except OSError:
-        return "nothing is free"
 
 
 def in_bytes(count):

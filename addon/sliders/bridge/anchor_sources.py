@@ -41,6 +41,7 @@ class HandleAnchors:
     """What the enabled handles hold."""
 
     words = "handles"
+    notes = ()
     problem = staticmethod(scene_input.unheld_problem)
 
     def __init__(self, obj, scene, options, shapes):
@@ -52,8 +53,7 @@ class HandleAnchors:
         self.names = [handles[number].name for number in self._drive.handles]
         self.anchors = self._drive.anchors
         self.offsets = np.zeros((len(self.anchors), 3))
-        self.frames = preparing.times_of(scene, obj, SimpleNamespace(**vars(options), step=1, samples=1))
-        self.notes = list(handle_source.notes(obj))
+        self.frames = preparing.times_of(scene, obj, SimpleNamespace(**vars(options), samples=1))
 
     def sample(self, find):
         """Generator of the share that is done. find() returns the object. @throws SceneError."""
