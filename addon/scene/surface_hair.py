@@ -8,7 +8,7 @@ from .. import compat
 from . import mesh_arrays, subject
 from .core import motion
 from .core.rigid import unit
-from .core.surface import Surface
+from .surface import Surface
 
 
 def follow(obj, rest, posed):

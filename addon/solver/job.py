@@ -96,6 +96,17 @@ class Job:
         _running.discard(self)
 
 
+def result_of(steps, wait=None):
+    """Goes through a generator at once. Returns what it returns. wait: called with each step, as to await its end."""
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            return end.value
+        if wait is not None:
+            wait(step)
+
+
 def cancel_all():
     """Stops everything, and waits for it a little."""
     jobs = list(_running)

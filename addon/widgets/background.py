@@ -8,8 +8,7 @@ import bpy
 from .. import wording
 from ..errors import CancelledError, MeanValueError
 from ..scene import subject
-from ..solver.core.steps import result_of
-from ..solver.job import Job
+from ..solver.job import Job, result_of
 from .base import MeshOperator, ModalOperator
 
 #: How often a running job is looked at.

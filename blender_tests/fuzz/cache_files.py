@@ -14,7 +14,7 @@ from addon.baking.bridge.clips import BakePlan, HandleClip
 from addon.baking.core import bake_times, chunk_store, point_cache
 from addon.errors import MeanValueError
 from addon.posing.core.bind_input import BindInput
-from addon.solver.core import steps
+from addon.solver.job import result_of
 
 from .mutations import mutated
 
@@ -125,7 +125,7 @@ class Chunks:
 
     def _merge(self, folder):
         store = self._store(folder)
-        problems = steps.result_of(store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4)))
+        problems = result_of(store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4)))
         assert list(bake_times.notes([1, 2, 3, 4], problems)) == ["1 frame a (2)"]
         assert np.array_equal(point_cache.mapped(folder / "merged"), self._rows)
 

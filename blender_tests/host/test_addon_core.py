@@ -96,7 +96,7 @@ def test_every_kind_of_bad_number_is_found(value):
     positions = np.zeros((5, 3), np.float32)
     require_finite(positions, "thing")
     positions[3, 2] = value
-    with pytest.raises(SceneError, match=r"1 vertex of the thing .the first is 3. has"):
+    with pytest.raises(SceneError, match=r"1 vertex of the thing .the first is 3."):
         require_finite(positions, "thing")
 
 

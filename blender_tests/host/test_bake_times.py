@@ -6,7 +6,7 @@ import pytest
 
 from addon.baking.core import bake_times, key_reduction
 from addon.errors import SceneError
-from addon.solver.core.steps import result_of
+from addon.solver.job import result_of
 
 
 def test_times():

@@ -10,7 +10,7 @@ import pytest
 from addon.mixing.core import in_betweens, polynomials
 from addon.mixing.core.mix_input import MixInput
 from addon.scene.core.key_shapes import Slider
-from addon.solver.core.steps import result_of
+from addon.solver.job import result_of
 from blender_tests.support import bent_limb
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")

@@ -5,7 +5,7 @@ import numpy as np
 
 from addon.capture.core import cuffs, landmarks, marker_sets
 from addon.capture.core.matching import match_to_surface
-from addon.scene.core.surface import Surface
+from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()

@@ -10,7 +10,7 @@ from addon.capture.core.body import Body
 from addon.capture.core.limb import Limb
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
-from addon.scene.core.surface import Surface
+from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 VERTICES, TRIANGLES, BONES = body_mesh.body()

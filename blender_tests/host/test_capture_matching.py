@@ -11,7 +11,7 @@ from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
 from addon.errors import InvalidMotionError
 from addon.scene.core.rigid import nearest_rotations
-from addon.scene.core.surface import Surface, nearest_on_triangles
+from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 LABELS = walking_figure.LABELS
@@ -210,17 +210,28 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
 # -- surface ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_nearest_points_are_those_of_looking_at_every_triangle():
+def test_no_place_on_the_surface_is_nearer_than_the_nearest():
     rng = np.random.default_rng(1)
     points = rng.uniform(-1.0, 2.0, (150, 3))
-    shares = nearest_on_triangles(points[:, None], VERTICES[TRIANGLES][None])
-    everywhere = np.einsum("ptc,tcj->ptj", shares, VERTICES[TRIANGLES])
-    least = np.linalg.norm(everywhere - points[:, None], axis=2).min(axis=1)
+    tries = rng.dirichlet((0.4, 0.4, 0.4), 200)  # many near the sides and corners
+    everywhere = np.einsum("sc,tcj->stj", tries, VERTICES[TRIANGLES]).reshape(-1, 3)
     triangle, shares, point, distance = SURFACE.nearest(points)
-    assert np.abs(distance - least).max() < 1e-12
+    assert np.abs(np.linalg.norm(points - point, axis=1) - distance).max() < 1e-12
     assert np.abs(np.einsum("kc,kcj->kj", shares, VERTICES[TRIANGLES[triangle]]) - point).max() < 1e-12
     assert shares.min() >= 0.0 and np.abs(shares.sum(axis=1) - 1.0).max() < 1e-12
+    for at, least in zip(points, distance, strict=True):
+        away = np.linalg.norm(everywhere - at, axis=1).min()
+        assert least - 1e-12 < away < least + 0.05
+
+
+def test_triangles_and_normals_that_do_not_fit_are_refused():
+    meanvalue = pytest.importorskip("meanvalue")
+    with pytest.raises(meanvalue.InvalidInput, match="none of the 3 vertices"):
+        meanvalue.Surface(np.eye(3), [[0, 1, 3]])
+    with pytest.raises(meanvalue.InvalidInput, match="2 points and 1 normals"):
+        meanvalue.Surface(np.eye(3), [[0, 1, 2]]).nearest(np.zeros((2, 3)), np.zeros((1, 3)))
+    face, weights, distance = meanvalue.Surface(np.eye(3), [[0, 1, 2]]).nearest([[0, 0, 0]], -np.eye(3)[:1])
+    assert face.tolist() == [-1] and not weights.any() and np.isinf(distance).all()
 
 
 # -- one to one -------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 from addon.mixing.core import grafting, in_betweens, polynomials
 from addon.mixing.core.mix_input import MixInput
 from addon.scene.core.key_shapes import Slider
-from addon.solver.core.steps import result_of
+from addon.solver.job import result_of
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
 

@@ -17,7 +17,7 @@ from addon.baking.core import point_cache
 from addon.baking.core.chunk_store import ChunkStore
 from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError
 from addon.scene.core import whole_files
-from addon.solver.core.steps import result_of
+from addon.solver.job import result_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

@@ -10,7 +10,7 @@ from support import figure_body
 from support.wrap_calls import wrapped
 
 from addon.errors import SceneError
-from addon.scene.core.surface import Surface
+from addon.scene.surface import Surface
 from addon.wrapping.bridge.wrapping import Wrap
 from addon.wrapping.core import flips
 from addon.wrapping.core.wrap_input import WrapInput

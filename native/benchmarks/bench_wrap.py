@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "blender_tests")]
 
 from support import mesh_files, wrap_calls  # noqa: E402
 
-from addon.scene.core.surface import Surface  # noqa: E402
+from addon.scene.surface import Surface  # noqa: E402
 from addon.wrapping.core.wrap_input import WrapInput  # noqa: E402
 from native.benchmarks import reporting, shape_metrics  # noqa: E402
 

@@ -1,10 +1,16 @@
+#include <pybind11/stl.h>
+
+#include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/mesh/surface_ways.h"
+#include "meanvalue/mesh/triangle_tree.h"
 
 namespace meanvalue::bindings {
 namespace {
@@ -50,9 +56,80 @@ py::array_t<double> falloff_of(const SurfaceWays& ways, const py::object& seeds,
     return without_python(seeds, [&](const std::vector<Index>& owned) { return ways.falloff(owned, limit, free); });
 }
 
+/// Triangles that were given, and the tree that looks at them.
+struct Surface {
+    Surface(Positions given, Triangles triangles)
+        : vertices(std::move(given)),
+          part_of(static_cast<std::size_t>(vertices.rows()), 0),
+          tree(vertices, std::move(triangles), part_of, Execution()) {}
+
+    Positions vertices;
+    std::vector<Index> part_of;
+    TriangleTree tree;
+};
+
+std::unique_ptr<Surface> make_surface(const py::object& vertices, const py::object& faces) {
+    Positions positions = PositionsArray(vertices, "vertices").view();
+    Triangles triangles = as_triangles(faces, "faces");
+    if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= positions.rows())) {
+        throw ::meanvalue::InvalidInput(
+            message("a triangle has a corner that is none of the ", positions.rows(), " vertices"));
+    }
+    const py::gil_scoped_release released;
+    return std::make_unique<Surface>(std::move(positions), std::move(triangles));
+}
+
+py::tuple nearest_places(const Surface& surface, const py::object& points, const std::optional<py::object>& normals,
+                         double least_cosine, int threads) {
+    const PositionsArray given(points, "points");
+    const std::optional<PositionsArray> turned =
+        normals ? std::optional<PositionsArray>(std::in_place, *normals, "normals") : std::nullopt;
+    const auto places = given.view();
+    if (turned && turned->view().rows() != places.rows()) {
+        throw ::meanvalue::InvalidInput(message("there are ", places.rows(), " points and ", turned->view().rows(),
+                                                " normals; give one for each"));
+    }
+    const auto count = static_cast<Index>(places.rows());
+    py::array_t<Index> found(count);
+    py::array_t<double> distances(count);
+    Positions weights = Positions::Zero(count, 3);
+    Index* const triangle = found.mutable_data();
+    double* const distance = distances.mutable_data();
+    {
+        const py::gil_scoped_release released;
+        parallel_for(count, thread_count(threads), Execution(), [&](Index begin, Index end) {
+            for (Index k = begin; k < end; ++k) {
+                TriangleTree::Query query;
+                query.point = places.row(k);
+                const Vector3 normal = turned ? Vector3(turned->view().row(k)) : Vector3();
+                if (turned) query.normal = &normal;
+                query.least_cosine = least_cosine;
+                const TriangleTree::Place place = surface.tree.nearest(query, std::numeric_limits<double>::max());
+                triangle[k] = place.triangle;
+                distance[k] = std::numeric_limits<double>::infinity();
+                if (place.triangle < 0) continue;
+                weights.row(k) = place.weights;
+                distance[k] = (place.point - query.point).norm();
+            }
+        });
+    }
+    return py::make_tuple(found, to_array(std::move(weights)), distances);
+}
+
 }  // namespace
 
 void bind_surface(py::module_& module) {
+    py::class_<Surface>(module, "Surface", py::module_local(), "Triangles, to look up which is nearest to a point.")
+        .def(py::init(&make_surface), py::arg("vertices"), py::arg("faces"),
+             "vertices: (n, 3). faces: (t, 3) int32; those with a corner that is not finite are left out.\n"
+             "Raises InvalidInput that names what is wrong.")
+        .def("nearest", &nearest_places, py::arg("points"), py::arg("normals") = py::none(),
+             py::arg("least_cosine") = 0.0, py::kw_only(), py::arg("threads") = 0,
+             "(face (k,) int32, weights of its corners (k, 3), distance (k,)) nearest to points (k, 3); of equally "
+             "near\n"
+             "faces the first. normals: (k, 3), of unit length: only faces count whose own has a cosine above\n"
+             "`least_cosine` with that of the point. Where there is none, face -1, weights 0, distance infinite.\n"
+             "Raises InvalidInput that names what is wrong.");
     py::class_<SurfaceWays, std::shared_ptr<SurfaceWays>>(
         module, "SurfaceWays", py::module_local(),
         "How far it is over a surface from some vertices to others: along edges, and over to another piece where\n"

@@ -43,7 +43,7 @@ PROGRESS_SECONDS = 0.5
 #: Modules of the add-on, each under the last part of its name; and those that only plan needs.
 PARTS = (
     "errors", "posing.core.bind_input", "scene.core.file_names", "scene.core.whole_files",
-    "solver.job", "solver.native_loader", "solver.session", "solver.core.steps", "baking.bridge.clips",
+    "solver.job", "solver.native_loader", "solver.session", "baking.bridge.clips",
     "baking.core.bake_times", "baking.core.chunk_store", "baking.core.point_cache",
 )  # fmt: skip
 PLANNING = (
@@ -140,7 +140,7 @@ def plan_of(scene, obj, numbers, portable):
     triangles = addon.mesh_arrays.triangles(obj.data, bind_input.rest)
     times = addon.bake_times.sample_times(*numbers)
     with addon.engine.held():
-        rows = addon.steps.result_of(addon.frames.visit(scene, times, lambda: source.row(obj, bind_input)))
+        rows = addon.job.result_of(addon.frames.visit(scene, times, lambda: source.row(obj, bind_input)))
     return addon.clips.BakePlan(source.clip(obj, bind_input, np.array(rows), times, portable), times, 1.0), triangles
 
 
@@ -248,7 +248,7 @@ def run_merge(options):
         return
     for chunk in store.folder.glob("*.npz"):
         addon.whole_files.remove_abandoned(chunk)
-    problems = addon.steps.result_of(store.merge(path, header))
+    problems = addon.job.result_of(store.merge(path, header))
     addon.point_cache.write_marker(path, {"key": key, "clip": clip["name"]})
     say(f"{path}: {len(frames)} frames")
     for note in addon.bake_times.notes(frames, problems):

@@ -13,7 +13,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
-from ...solver.core.steps import result_of
+from ...solver.job import result_of
 from ..core import alignment, cuffs, filtering, gaps, landmarks, matching, retargeting
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor

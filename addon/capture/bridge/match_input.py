@@ -10,7 +10,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import actions, mesh_arrays, shape_keys, subject
 from ...scene.core import motion
-from ...scene.core.surface import Surface
+from ...scene.surface import Surface
 from . import marker_landmarks, marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.

@@ -4,8 +4,6 @@ are."""
 
 import numpy as np
 
-from ...scene.core.surface import outward
-
 SAMPLES = 12000
 #: Points that balls in the middle may touch, and points that are looked at at a time.
 TOUCHED, AT_ONCE = 3000, 400
@@ -24,7 +22,8 @@ class Body:
     def __init__(self, surface, is_for_joints=False, count=SAMPLES):
         self.surface, self.is_for_joints = surface, is_for_joints
         self.skin, normals = surface.samples(count)
-        self.normals = outward(self.skin, normals)
+        is_outward = ((self.skin - self.skin.mean(axis=0)) * normals).sum() > 0.0
+        self.normals = normals if is_outward else -normals
         self.points = medial_points(self.skin, self.normals) if is_for_joints else self.skin
         heights = surface.vertices[np.unique(surface.triangles), 2]
         self.ground, self.height = float(heights.min()), float(np.ptp(heights))

@@ -13,7 +13,6 @@ def require_finite(positions, what):
     if not finite.all():
         broken = np.flatnonzero(~finite)
         raise SceneError(
-            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) "
-            f"{'has' if len(broken) == 1 else 'have'} coordinates that are not numbers. Move or delete "
-            f"{'it' if len(broken) == 1 else 'them'}"
+            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) with coordinates that are not "
+            "numbers. Move or delete what has them"
         )

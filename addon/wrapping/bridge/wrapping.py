@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SceneError
-from ...scene.core.surface import Surface
+from ...scene.surface import Surface
 from ...solver import native_loader, session
-from ...solver.core.steps import Pause
 from ..core import flips
 
 #: How much all springs together count; of one it is this over their number, so that they give way alike at any
@@ -28,8 +27,6 @@ COSINE = 0.3
 #: A vertex is no partner of a point that another place of the mesh is nearer to by this factor, give or take this share
 #: of an edge: insides of mouths, eyes that the other does not have, and what is hidden behind.
 NEARER, SLACK = 2.0, 0.5
-#: Points that are looked up before Blender may draw.
-SLICE = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +72,7 @@ class Wrap:
                 break
         shape, flipped = best
         distance = np.zeros(len(shape))
-        distance[given.used] = (yield from _nearest(self._surface, shape[given.used]))[3]
+        distance[given.used] = self._surface.nearest(shape[given.used])[3]
         self.share = 1.0
         return Wrapped(shape, distance, flipped)
 
@@ -99,7 +96,7 @@ class Wrap:
         """Returns (shape, mean distance of the used vertices from their partners)."""
         last = np.inf
         for _ in range(ROUNDS):
-            points, weights, away = yield from self._partners(shape)
+            points, weights, away = self._partners(shape)
             if not weights.any():
                 raise SceneError(
                     "No part of the mesh comes near the other one. Pick more pairs of points, or lay one over the other"
@@ -115,11 +112,11 @@ class Wrap:
         given, used = self.given, self.given.used
         surface = Surface(shape, given.triangles)
         normals = surface.normals()[used]
-        triangle, shares, points, away = yield from _nearest(self._surface, shape[used], normals)
+        triangle, shares, points, away = self._surface.nearest(shape[used], normals, COSINE)
         found = np.isfinite(away)
         facing = np.einsum("kc,kcj->kj", shares, self._normals[given.target_triangles[triangle]])[found]
         facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
-        nearest = (yield from _nearest(surface, points[found], facing))[3]
+        nearest = surface.nearest(points[found], facing, COSINE)[3]
         found[found] = away[found] <= NEARER * nearest + SLACK * self._edge_lengths(shape)[used[found]]
         mean = float(away[found].mean()) if found.any() else 0.0
         points[~found] = shape[used[~found]]
@@ -133,13 +130,3 @@ class Wrap:
         lengths = np.linalg.norm(shape[self._edges[:, 0]] - shape[self._edges[:, 1]], axis=1)
         ends = self._edges.ravel()
         return np.bincount(ends, np.repeat(lengths, 2), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
-
-
-def _nearest(surface, points, normals=None):
-    """As Surface.nearest(), with Pauses."""
-    found = []
-    for begin in range(0, len(points), SLICE) or [0]:
-        part = slice(begin, begin + SLICE)
-        found.append(surface.nearest(points[part], None if normals is None else normals[part], COSINE))
-        yield Pause()
-    return tuple(np.concatenate(each) for each in zip(*found, strict=True))

@@ -82,7 +82,7 @@ void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles,
     const auto look = [&](std::vector<Step>& into, std::initializer_list<Index> from, const Vector3& at,
                           double reach) {
         if (!at.allFinite()) return;
-        const TriangleTree::Place place = tree.nearest_of_others(at, part_of_[*from.begin()], reach);
+        const TriangleTree::Place place = tree.nearest({at, part_of_[*from.begin()]}, reach);
         if (place.triangle < 0) return;
         const Eigen::Vector3f step = (place.point - at).cast<float>();
         for (const Index a : from) {

@@ -1,6 +1,8 @@
 #include "meanvalue/mesh/triangle_tree.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -9,26 +11,36 @@ namespace {
 
 constexpr Index kLeaf = 8;  // triangles
 
-/// On the segment from a to b.
-Vector3 nearest_on(const Vector3& a, const Vector3& b, const Vector3& point) {
+/// The weight of b of the place on the segment from a to b.
+double share_along(const Vector3& a, const Vector3& b, const Vector3& point) {
     const Vector3 along = b - a;
     const double square = along.squaredNorm();
-    return square > 0.0 ? Vector3(a + std::clamp((point - a).dot(along) / square, 0.0, 1.0) * along) : a;
+    return square > 0.0 ? std::clamp((point - a).dot(along) / square, 0.0, 1.0) : 0.0;
 }
 
-/// On the triangle with the corners a, b and c, which may be a line or a point: inside where the point is above it,
-/// else on the nearest of its sides.
+/// Weights of the corners a, b and c of a triangle, which may be a line or a point: inside where the point is above
+/// it, else on the nearest of its sides.
 Vector3 nearest_on(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& point) {
     const Vector3 normal = (b - a).cross(c - a);
-    const auto is_inside = [&](const Vector3& from, const Vector3& to) {
-        return normal.dot((to - from).cross(point - from)) >= 0.0;
+    const auto area = [&](const Vector3& from, const Vector3& to) {
+        return normal.dot((to - from).cross(point - from));
     };
-    if (normal.squaredNorm() > 0.0 && is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) {
-        return point - normal * (normal.dot(point - a) / normal.squaredNorm());
-    }
-    Vector3 best = nearest_on(a, b, point);
-    for (const Vector3& other : {nearest_on(b, c, point), nearest_on(c, a, point)}) {
-        if ((other - point).squaredNorm() < (best - point).squaredNorm()) best = other;
+    const Vector3 areas(area(b, c), area(c, a), area(a, b));
+    if (normal.squaredNorm() > 0.0 && areas.minCoeff() >= 0.0) return areas / areas.sum();
+    Vector3 best;
+    double least = std::numeric_limits<double>::infinity();
+    const std::array<const Vector3*, 3> corners = {&a, &b, &c};
+    for (int side = 0; side < 3; ++side) {
+        const int next = (side + 1) % 3;
+        const double share = share_along(*corners[side], *corners[next], point);
+        Vector3 weights = Vector3::Zero();
+        weights[side] = 1.0 - share;
+        weights[next] = share;
+        const double square = (a * weights[0] + b * weights[1] + c * weights[2] - point).squaredNorm();
+        if (square < least) {
+            least = square;
+            best = weights;
+        }
     }
     return best;
 }
@@ -80,34 +92,41 @@ Index TriangleTree::add_box(Index begin, Index end, const Execution& execution) 
     return number;
 }
 
-TriangleTree::Place TriangleTree::nearest_of_others(const Vector3& point, Index part, double reach) const {
+TriangleTree::Place TriangleTree::nearest(const Query& query, double reach) const {
     Place found;
     double least = reach * reach;
-    if (!boxes_.empty()) search(0, point, part, least, found);
+    if (!boxes_.empty()) search(0, query, least, found);
     return found;
 }
 
-void TriangleTree::search(Index number, const Vector3& point, Index part, double& least, Place& found) const {
+void TriangleTree::search(Index number, const Query& query, double& least, Place& found) const {
     const Box& box = boxes_[number];
     const auto apart = [&](const Box& other) {
-        return (point - point.cwiseMax(other.low).cwiseMin(other.high)).squaredNorm();
+        return (query.point - query.point.cwiseMax(other.low).cwiseMin(other.high)).squaredNorm();
     };
-    if (box.part == part || apart(box) > least) return;
+    if (box.part == query.part || apart(box) > least) return;
     if (box.second >= 0) {
         const bool is_first = apart(boxes_[number + 1]) <= apart(boxes_[box.second]);
-        search(is_first ? number + 1 : box.second, point, part, least, found);
-        search(is_first ? box.second : number + 1, point, part, least, found);
+        search(is_first ? number + 1 : box.second, query, least, found);
+        search(is_first ? box.second : number + 1, query, least, found);
         return;
     }
     for (Index k = box.begin; k < box.end; ++k) {
         const auto corner = triangles_.row(order_[k]);
-        if (part_of_[corner[0]] == part) continue;
-        const Vector3 place =
-            nearest_on(positions_.row(corner[0]), positions_.row(corner[1]), positions_.row(corner[2]), point);
-        const double square = (place - point).squaredNorm();
-        if (square > least || (square == least && found.triangle >= 0)) continue;
+        if (part_of_[corner[0]] == query.part) continue;
+        const Vector3 a = positions_.row(corner[0]);
+        const Vector3 b = positions_.row(corner[1]);
+        const Vector3 c = positions_.row(corner[2]);
+        if (query.normal) {
+            const Vector3 normal = (b - a).cross(c - a);
+            if (!(normal.dot(*query.normal) > query.least_cosine * normal.norm())) continue;
+        }
+        const Vector3 weights = nearest_on(a, b, c, query.point);
+        const Vector3 place = a * weights[0] + b * weights[1] + c * weights[2];
+        const double square = (place - query.point).squaredNorm();
+        if (square > least || (square == least && found.triangle >= 0 && order_[k] > found.triangle)) continue;
         least = square;
-        found = {order_[k], place};
+        found = {order_[k], weights, place};
     }
 }
 

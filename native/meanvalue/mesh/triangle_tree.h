@@ -1,4 +1,4 @@
-// Nearest places on the triangles of other pieces of a mesh.
+// Nearest places on the triangles of a mesh.
 #pragma once
 
 #include <vector>
@@ -13,17 +13,27 @@ class TriangleTree {
   public:
     struct Place {
         Index triangle = -1;  ///< -1: none is near enough
+        Vector3 weights;      ///< of its corners, 0 to 1, with the sum 1
         Vector3 point;
     };
+
+    /// What is looked for: triangles of other pieces than `part`, and where there is a `normal`, of unit length,
+    /// those whose own has a cosine above `least_cosine` with it.
+    struct Query {
+        Vector3 point;
+        Index part = kNoPart;
+        const Vector3* normal = nullptr;
+        double least_cosine = 0.0;
+    };
+    static constexpr Index kNoPart = -2;
 
     /// @param positions n x 3, @param part_of n: the piece of each vertex; both must outlive the tree. Triangles with
     /// a corner that is not finite are left out. @throws Cancelled. Cost: n log n.
     TriangleTree(const PositionsView& positions, Triangles triangles, const std::vector<Index>& part_of,
                  const Execution& execution);
 
-    /// The place nearest to `point` on a triangle of another piece than `part`, no farther than `reach`; of several
-    /// equally near ones always the same.
-    Place nearest_of_others(const Vector3& point, Index part, double reach) const;
+    /// The nearest place, no farther than `reach`; of equally near ones that of the first triangle.
+    Place nearest(const Query& query, double reach) const;
 
     const Triangles& triangles() const { return triangles_; }
 
@@ -36,7 +46,7 @@ class TriangleTree {
     };
 
     Index add_box(Index begin, Index end, const Execution& execution);
-    void search(Index box, const Vector3& point, Index part, double& least, Place& found) const;
+    void search(Index box, const Query& query, double& least, Place& found) const;
 
     PositionsView positions_;
     Triangles triangles_;

@@ -358,6 +358,17 @@ class Solution:
 class SolverFailure(RuntimeError): ...
 class TooLittleMemory(MemoryError): ...
 
+class Surface:
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None: ...
+    def nearest(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike | None = None,
+        least_cosine: float = 0.0,
+        *,
+        threads: int = 0,
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]: ...
+
 class SurfaceWays:
     def __init__(
         self, vertices: ArrayLike, edges: ArrayLike, faces: ArrayLike, *, gap: float = 0.0, threads: int = 0
