@@ -9,9 +9,8 @@ from ...errors import SceneError
 
 def require_finite(positions, what):
     """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
-    finite = np.isfinite(positions).all(axis=1)
-    if not finite.all():
-        broken = np.flatnonzero(~finite)
+    broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    if len(broken):
         raise SceneError(
             f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) with coordinates that are not "
             "numbers. Move or delete what has them"

@@ -55,6 +55,7 @@ def rounding(rest):
     return ROUNDING * float(np.ptp(rest, axis=0).max(initial=0.0)) if len(rest) else 0.0
 
 
+@remembered
 def border_edges(count, face_corners, face_starts):
     """m x 2 numbers of the vertices, of `count`, of edges that one face alone has; the lower first."""
     if len(face_starts) == 0:
