@@ -159,7 +159,8 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
     }
     std::vector<double> result(count, kInfinite);
     while (!queue.empty()) {
-        const auto [way, v] = queue.top();
+        const double way = queue.top().first;
+        const Index v = queue.top().second;
         queue.pop();
         if (way > along[v]) continue;
         const auto reach = [&](Index to, double length) {
