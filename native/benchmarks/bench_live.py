@@ -208,7 +208,7 @@ class Scene:
     def tell(self):
         """As Blender does of what was written."""
         models = self.parts["scene.object_model"]
-        for _key, model in models.known_models(self.obj):
+        for model in models.known_models(self.obj):
             model.told(self.obj, models.Change.KEYS)
 
     def frame(self, step):
