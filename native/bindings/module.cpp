@@ -5,6 +5,7 @@
 #include "bindings/task.h"
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/thread_pool.h"
 
 namespace {
 
@@ -44,6 +45,7 @@ PYBIND11_MODULE(meanvalue, module) {
         "are not bound as portable, \"AVX2 and FMA\" where the processor has them, else \"portable\") and\n"
         "threads (int: as many as a call without `threads` may use).");
     meanvalue::pin_eigen_cache_sizes();
+    meanvalue::prepare_thread();
     // No thread may run on while the process takes its libraries down.
     pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(
         &meanvalue::bindings::cancel_tasks, pybind11::call_guard<pybind11::gil_scoped_release>()));

@@ -165,6 +165,7 @@ class ThreadPool {
     }
 
     void serve(Member& member) {
+        prepare_thread();
         for (;;) {
             Call& call = member.wait();
             const bool is_detached = &call == &detached_work();
@@ -212,6 +213,11 @@ void run_on_pool(int workers, const std::function<void(int)>& work) {
     } else {
         take();
     }
+}
+
+void prepare_thread() {
+    counts_as_working = false;
+    static_cast<void>(std::uncaught_exceptions());
 }
 
 void start_on_pool(std::function<void()> work) {

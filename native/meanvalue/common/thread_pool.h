@@ -18,4 +18,9 @@ void run_on_pool(int workers, const std::function<void(int worker)>& work);
 /// @throws SolverFailure where the system has no thread to spare.
 void start_on_pool(std::function<void()> work);
 
+/// Has what the C++ runtime and the pool keep for this thread made now. The loader makes it at its first use, which
+/// is where the first exception is thrown, and ends the process if it has no memory then. Threads of the pool begin
+/// with it. @pre no call of this thread runs.
+void prepare_thread();
+
 }  // namespace meanvalue
