@@ -45,9 +45,5 @@ class DamagedCacheError(CacheError):
     """A file of a bake is not what was written."""
 
 
-class IncompleteCacheError(CacheError):
-    """Frames of a bake are still missing."""
-
-
 class CancelledError(MeanValueError):
     """The artist stopped the work; nothing was changed."""

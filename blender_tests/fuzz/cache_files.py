@@ -11,10 +11,9 @@ import pathlib
 import numpy as np
 
 from addon.baking.bridge.clips import BakePlan, HandleClip
-from addon.baking.core import bake_times, chunk_store, point_cache
+from addon.baking.core import bake_times, point_cache
 from addon.errors import MeanValueError
 from addon.posing.core.bind_input import BindInput
-from addon.solver.job import result_of
 
 from .mutations import mutated
 
@@ -98,12 +97,12 @@ class Bundles:
     def _read(self, path, digest):
         plan, triangles = FARM.load_clip(path, digest)
         plan.clip.bind_input.check()
-        assert plan.header.samples == len(plan.numbers) == plan.chunks()[-1][1] and plan.key
+        assert plan.header.samples == len(FARM.frames_of(plan)) == plan.chunks()[-1][1] and plan.key
         assert len(plan.clip.bind_input.solver_mesh.held_rest) > 0 and triangles.shape[1] == 3
 
 
 class Chunks:
-    """Chunks of a bake, which are refused by their checksums; markers of caches are read in test_point_cache.py."""
+    """Chunks of a farm, which are refused by their checksums; markers of caches are read in test_point_cache.py."""
 
     damaged = staticmethod(mutated)
 
@@ -117,7 +116,7 @@ class Chunks:
         self.seeds = [(folder / self._name).read_bytes()]
 
     def _store(self, folder):
-        return chunk_store.ChunkStore(folder, self.KEY, range(1, 5))
+        return FARM.ChunkStore(folder, self.KEY, range(1, 5))
 
     def attempt(self, content, folder):
         (folder / self._name).write_bytes(content)
@@ -125,7 +124,7 @@ class Chunks:
 
     def _merge(self, folder):
         store = self._store(folder)
-        problems = result_of(store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4)))
+        problems = store.merge(folder / "merged", point_cache.Header(5, 1.0, 1.0, 4))
         assert list(bake_times.notes([1, 2, 3, 4], problems)) == ["1 frame a (2)"]
         assert np.array_equal(point_cache.mapped(folder / "merged"), self._rows)
 

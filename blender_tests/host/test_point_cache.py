@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Point caches, and chunks of bakes: whole files or none, whatever happens."""
+"""Point caches, what is begun of them, and chunks of farms: whole files or none, whatever happens."""
 
 import errno
 import os
@@ -12,12 +12,11 @@ import time
 
 import numpy as np
 import pytest
+from fuzz.cache_files import FARM
 
 from addon.baking.core import point_cache
-from addon.baking.core.chunk_store import ChunkStore
-from addon.errors import CacheError, DamagedCacheError, IncompleteCacheError
+from addon.errors import CacheError, DamagedCacheError
 from addon.scene.core import whole_files
-from addon.solver.job import result_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -120,7 +119,7 @@ def test_what_killed_processes_left_is_taken_away_and_what_is_written_is_not(tmp
 
 
 def filled(folder, rows, chunk=4, key="key", first=1):
-    store = ChunkStore(folder, key, range(first, first + len(rows)))
+    store = FARM.ChunkStore(folder, key, range(first, first + len(rows)))
     for begin in range(0, len(rows), chunk):
         part = rows[begin : begin + chunk]
         store.write(first + begin, part, [f"of {first + begin + row}" for row in range(len(part))])
@@ -133,7 +132,7 @@ def test_merged_chunks_are_the_cache_written_at_once(tmp_path, chunk, first):
     rows = shapes(10)
     store = filled(tmp_path / "chunks", rows, chunk, first=first)
     assert store.missing() == []
-    problems = result_of(store.merge(tmp_path / "merged.pc2", header(rows, first)))
+    problems = store.merge(tmp_path / "merged.pc2", header(rows, first))
     write(tmp_path / "at_once.pc2", rows, first)
     assert (tmp_path / "merged.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
     assert problems == [f"of {number}" for number in range(first, first + 10)]
@@ -141,22 +140,22 @@ def test_merged_chunks_are_the_cache_written_at_once(tmp_path, chunk, first):
 
 def test_chunks_that_overlap(tmp_path):
     rows = shapes(10)
-    store = ChunkStore(tmp_path, "key", range(-5, 5))
+    store = FARM.ChunkStore(tmp_path, "key", range(-5, 5))
     for first, count in ((-3, 2), (-5, 6), (-1, 3)):
         store.write(first, rows[first + 5 : first + 5 + count], [f"of {first + row}" for row in range(count)])
     assert store.missing() == [2, 3, 4]
-    with pytest.raises(IncompleteCacheError, match="3 of 10 frames are not baked yet, the first is 2"):
-        result_of(store.merge(tmp_path / "out.pc2", header(rows)))
+    with pytest.raises(FARM.IncompleteError, match="3 of 10 frames are not baked yet, the first is 2"):
+        store.merge(tmp_path / "out.pc2", header(rows))
     store.write(2, rows[7:], ["of 2", "of 3", "of 4"])
-    problems = result_of(store.merge(tmp_path / "out.pc2", header(rows)))
+    problems = store.merge(tmp_path / "out.pc2", header(rows))
     assert np.array_equal(point_cache.mapped(tmp_path / "out.pc2"), rows)
     assert problems == [f"of {frame}" for frame in range(-5, 5)]
 
 
 def test_chunks_of_another_key_do_not_count(tmp_path):
     filled(tmp_path, shapes(4))
-    assert ChunkStore(tmp_path, "other", range(1, 5)).missing() == [1, 2, 3, 4]
-    assert ChunkStore(tmp_path, "key", range(2, 4)).missing() == []
+    assert FARM.ChunkStore(tmp_path, "other", range(1, 5)).missing() == [1, 2, 3, 4]
+    assert FARM.ChunkStore(tmp_path, "key", range(2, 4)).missing() == []
 
 
 @pytest.mark.parametrize("damage", ["a bit", "cut", "empty", "another", "other vertices"])
@@ -174,7 +173,7 @@ def test_a_damaged_chunk_is_told_and_taken_out(tmp_path, damage):
         path.write_bytes({"a bit": content, "cut": content[:-1], "empty": b""}[damage])
     (tmp_path / "out.pc2").write_bytes(b"old")
     with pytest.raises(DamagedCacheError, match=r"000005_\+000008"):
-        result_of(store.merge(tmp_path / "out.pc2", header(rows)))
+        store.merge(tmp_path / "out.pc2", header(rows))
     assert (tmp_path / "out.pc2").read_bytes() == b"old"
     assert store.missing() == [5, 6, 7, 8]
     assert left_behind(tmp_path) == []
@@ -186,25 +185,52 @@ def test_markers_that_make_no_sense_say_nothing(tmp_path, text):
     assert point_cache.read_marker(tmp_path / "a.pc2") == {}
 
 
+def begun(folder, rows, key="key"):
+    return point_cache.Begun(folder / "out.pc2", key, header(rows))
+
+
+def test_what_was_begun_goes_on_and_becomes_the_cache(tmp_path):
+    rows = shapes(10)
+    write(tmp_path / "at_once.pc2", rows)
+    begun(tmp_path, rows).write(0, rows[:4], ["", "a", "", ""])
+    assert begun(tmp_path, rows).problems == ["", "a", "", ""] and begun(tmp_path, rows, "other").problems == []
+    again = begun(tmp_path, rows)
+    with again.path.open("ab") as file:
+        file.write(b"half of a sample")
+    again.write(4, rows[4:], [""] * 6)
+    assert not (tmp_path / "out.pc2").exists()
+    begun(tmp_path, rows, "other").write(0, rows[:1], [""])
+    again.become_whole()
+    assert (tmp_path / "out.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["at_once.pc2", "out.pc2"]
+
+
+@pytest.mark.parametrize("damage", ["cut", "gone", "no list"])
+def test_what_was_begun_and_is_not_whole_begins_anew(tmp_path, damage):
+    rows = shapes(4)
+    one = begun(tmp_path, rows)
+    one.write(0, rows, [""] * 4)
+    if damage == "no list":
+        point_cache.write_marker(one.path, {"problems": 3})
+    else:
+        one.path.write_bytes(one.path.read_bytes()[:-1] if damage == "cut" else b"")
+    assert begun(tmp_path, rows).problems == []
+
+
 BAKER = """
-import sys, time
+import pathlib, sys
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 from addon.baking.core import point_cache
-from addon.baking.core.chunk_store import ChunkStore
 from addon.scene.core import whole_files
 
 whole_files.ABANDONED_SECONDS = -1  # nobody else is at work
-store = ChunkStore(sys.argv[2] + "/out.chunks", "key", range(1, 61))
-missing = store.missing()
-for begin in range(1, 61, 6):
-    numbers = list(range(begin, begin + 6))
-    if begin not in missing:
-        continue
+begun = point_cache.Begun(pathlib.Path(sys.argv[2], "out.pc2"), "key", point_cache.Header(2000, 1.0, 1.0, 60))
+for begin in range(len(begun.problems), 60, 6):
+    numbers = range(begin, begin + 6)
     rows = np.stack([np.random.default_rng(number).standard_normal((2000, 3)) for number in numbers])
-    store.write(begin, rows, [""] * 6)
-for _ in store.merge(sys.argv[2] + "/out.pc2", point_cache.Header(2000, 1.0, 1.0, 60)):
-    pass
+    begun.write(begin, rows, [""] * 6)
+begun.become_whole()
 """
 
 

@@ -41,7 +41,7 @@ def test_a_key_for_every_frame_plays_what_was_solved_and_is_replaced(solved, tmp
     bake(target='SHAPE_KEYS', tolerance_share=0)
     assert len(baked_names(tube())) == FRAMES
     assert off(played(tube(), TIMES), solved) < 1e-5
-    assert not (tmp_path / "meanvalue_cache" / "scene" / "Tube.keys.chunks").exists()
+    assert not list((tmp_path / "meanvalue_cache" / "scene").glob("*.part*"))
     bake(target='SHAPE_KEYS', tolerance_share=0, samples=2)
     assert baked_names(tube())[:3] == ["Bake 0001", "Bake 0001.5", "Bake 0002"]
     assert len(tube().data.shape_keys.key_blocks) == 2 * FRAMES

@@ -17,6 +17,7 @@ import argparse
 import dataclasses
 import hashlib
 import importlib
+import itertools
 import json
 import os
 import pathlib
@@ -44,7 +45,7 @@ PROGRESS_SECONDS = 0.5
 PARTS = (
     "errors", "posing.core.bind_input", "scene.core.file_names", "scene.core.whole_files",
     "solver.job", "solver.native_loader", "solver.session", "baking.bridge.clips",
-    "baking.core.bake_times", "baking.core.chunk_store", "baking.core.point_cache",
+    "baking.core.bake_times", "baking.core.point_cache",
 )  # fmt: skip
 PLANNING = (
     "live.engine", "scene.mesh_arrays", "scene.subject", "scene.frames", "baking.bridge.handle_source",
@@ -81,9 +82,9 @@ def main(arguments):
     say(f"Mean-Value Deform farm: {options.command}, solver {addon.native_loader.module().__version__}")
     try:
         options.run(options)
-    except addon.errors.MeanValueError as error:
+    except (addon.errors.MeanValueError, IncompleteError) as error:
         print(f"openjd_fail: {error}\nmeanvalue: error: {error}", file=sys.stderr, flush=True)
-        codes = {"DamagedCacheError": DAMAGED, "IncompleteCacheError": INCOMPLETE}
+        codes = {"DamagedCacheError": DAMAGED, "IncompleteError": INCOMPLETE}
         return codes.get(type(error).__name__, BAD_ARGUMENTS if isinstance(error, addon.errors.SceneError) else FAILED)
     return DONE
 
@@ -153,7 +154,7 @@ def write_plan(out, clips, chunk):
     listed, tasks = [], []
     for name, plan, triangles in clips:
         sha256 = save_clip(folder / f"{name}.npz", plan, triangles)
-        frames = list(plan.numbers)
+        frames = list(frames_of(plan))
         parts = [spelled(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)]
         listed.append({"name": name, "key": plan.key, "sha256": sha256, "frames": spelled(frames), "chunks": parts})
         tasks += [f"{name}\t{part}\n" for part in parts]
@@ -221,7 +222,7 @@ def sha256_of(file):
 def run_bake(options):
     out, clip, frames = task_of(options, "tasks.tsv")
     plan, triangles = load_and_check(out, clip)
-    store = store_of(out, clip, plan.numbers)
+    store = store_of(out, clip, frames_of(plan))
     missing = set(store.missing())
     if missing.isdisjoint(frames):
         say(f"{clip['name']} {spelled(frames)}: done before")
@@ -229,7 +230,7 @@ def run_bake(options):
     begun = time.monotonic()
     for first, last in runs_of(frames):
         if not missing.isdisjoint(range(first, last + 1)):
-            begin = plan.numbers.index(first)
+            begin = frames_of(plan).index(first)
             store.write(first, *solve(plan, triangles, begin, begin + last + 1 - first, options.threads))
     say(f"{clip['name']} {spelled(frames)}: {len(frames)} frames in {time.monotonic() - begun:.1f} s")
 
@@ -248,7 +249,7 @@ def run_merge(options):
         return
     for chunk in store.folder.glob("*.npz"):
         addon.whole_files.remove_abandoned(chunk)
-    problems = addon.job.result_of(store.merge(path, header))
+    problems = store.merge(path, header)
     addon.point_cache.write_marker(path, {"key": key, "clip": clip["name"]})
     say(f"{path}: {len(frames)} frames")
     for note in addon.bake_times.notes(frames, problems):
@@ -260,7 +261,7 @@ def run_status(options):
     missing, index = [], 0
     for clip in read_plan(out / "plan")["clips"]:
         plan, _triangles = load_clip(out / "plan" / f"{clip['name']}.npz", clip["sha256"])
-        store = store_of(out, clip, plan.numbers)
+        store = store_of(out, clip, frames_of(plan))
         there = set(store.frames) - set(store.missing())
         for part in clip["chunks"]:
             if not there.issuperset(parse(part)):
@@ -352,7 +353,94 @@ def checksum(plan):
 
 
 def store_of(out, clip, frames):
-    return addon.chunk_store.ChunkStore(out / clip["name"] / "chunks", clip["key"], frames)
+    return ChunkStore(out / clip["name"] / "chunks", clip["key"], frames)
+
+
+def frames_of(plan):
+    first = int(plan.times[0])
+    return range(first, first + len(plan.times))
+
+
+# -- frames that are done --------------------------------------------------------------------------------------------
+
+
+class IncompleteError(Exception):
+    """Frames of a bake are still missing."""
+
+
+class ChunkStore:
+    """The chunks of one clip in a folder, each a file that is there only when it is whole.
+
+    Its name has the key of what is baked and the frames. So what was killed goes on where it was, changed settings
+    never mix with old chunks, and several machines may work on one folder without knowing of each other.
+
+    key       digest of everything that the frames depend on
+    frames    range of all frames of the clip
+    """
+
+    def __init__(self, folder, key, frames):
+        self.folder = pathlib.Path(folder)
+        self.key = key[:16]  # paths of Windows are short
+        self.frames = frames
+
+    def write(self, first, rows, problems):
+        """Keeps the rows (f, n, 3) from frame `first` on, with f texts on what went wrong. @throws CacheError."""
+        name = f"{self.key}_{first:+07d}_{first + len(rows) - 1:+07d}.npz"
+        with addon.whole_files.replacing(self.folder / name) as file:
+            np.savez(file, rows=np.asarray(rows, "<f4"), problems=np.array(problems, str))
+
+    def missing(self):
+        """The frames that are in no chunk, ascending. Reads names alone."""
+        where = self._where()
+        return [frame for frame in self.frames if frame not in where]
+
+    def merge(self, path, header):
+        """Puts the chunks together into the cache `path`. Returns [text] of all frames, as write() was given them.
+
+        @throws IncompleteError, DamagedCacheError, after which the chunk is gone, CacheError.
+        """
+        where, missing = self._where(), self.missing()
+        if missing:
+            raise IncompleteError(
+                f"{len(missing)} of {len(self.frames)} frames are not baked yet, the first is {missing[0]}. Bake them "
+                "first"
+            )
+        problems = []
+        with addon.whole_files.replacing(path) as file:
+            file.write(header.packed())
+            for (chunk, first), frames in itertools.groupby(self.frames, where.get):
+                frames = [frame - first for frame in frames]
+                rows, texts = _read(chunk, header.vertices)
+                file.write(rows[frames[0] : frames[-1] + 1])
+                problems += texts[frames[0] : frames[-1] + 1]
+        return problems
+
+    def _where(self):
+        """{frame: (path of the chunk that has it, its first frame)}."""
+        where = {}
+        for path in sorted(self.folder.glob(f"{self.key}_*.npz")):
+            if match := re.fullmatch(r".*_([+-]\d+)_([+-]\d+)", path.stem):
+                first, last = map(int, match.groups())
+                for frame in range(max(first, self.frames[0]), min(last, self.frames[-1]) + 1):
+                    where.setdefault(frame, (path, first))
+        return where
+
+
+def _read(path, vertices):
+    """(rows, list of texts) of a chunk; the format has checksums. @throws DamagedCacheError."""
+    with addon.whole_files.telling(path), path.open("rb") as file:
+        try:
+            with np.load(file) as content:
+                rows, texts = np.ascontiguousarray(content["rows"]), content["problems"].tolist()
+            if rows.dtype == np.dtype("<f4") and rows.shape == (len(texts), vertices, 3):
+                return rows, texts
+        except Exception:  # damage shows in any of a dozen errors of NumPy's
+            pass
+    path.unlink(missing_ok=True)
+    raise addon.errors.DamagedCacheError(
+        f"{path} is not what was written (a damaged disk, or another program). It was taken out: bake again, which "
+        "solves only its frames"
+    )
 
 
 # -- frames, as people and render farms write them: 7, 1-200, 41,42, 1-3,10,11, 1..10, -5-10 --------------------------

@@ -11,7 +11,6 @@ from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
 from ...wording import counted
 from ..core import key_reduction, point_cache
-from ..core.chunk_store import ChunkStore
 from . import handle_source, preparing
 from .clips import BakePlan, RowClip
 
@@ -19,8 +18,7 @@ from .clips import BakePlan, RowClip
 class Baking:
     """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py.
 
-    plan, store     None until sample() went through
-    problems        of all rows, once it is written, as of HandleClip.solve_rows()
+    plan, begun     None until sample() went through
     kept, shapes    for shape keys: which rows, and what they are
     is_done         whether the point cache is there already
     """
@@ -36,9 +34,9 @@ class Baking:
         self._kind = bakeable.of(obj) or handle_source
         self.posing = self._kind.bind(obj)
         self.require_unchanged = self.posing.require_unchanged
-        self.plan = self.store = self.problems = self.kept = self.shapes = self._execution = None
+        self.plan = self.begun = self.kept = self.shapes = self._execution = None
         self.is_done = False
-        self._done = self._doing = 0  # rows, and of the chunk that is being solved
+        self._doing = 0  # rows of the chunk that is being solved
         self._begun_at = None  # (seconds, rows that were done then)
 
     def sample(self, find):
@@ -52,64 +50,53 @@ class Baking:
         self.plan = BakePlan(clip, self.times, 1.0 / self.options.samples)
         if not self.to_keys:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
-        folder = self.path.with_name(f"{self.path.name.removesuffix('.pc2')}.chunks")
-        self.store = ChunkStore(folder, self.plan.key, self.plan.numbers)
+        self.begun = point_cache.Begun(self.path, self.plan.key, self.plan.header)
 
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
         if self.is_done:
             return
         self._execution = execution
-        missing = set(self.store.missing())
         for begin, end in self.plan.chunks():
-            numbers = self.plan.numbers[begin:end]
-            if not missing.isdisjoint(numbers):
+            if end > len(self.begun.problems):
                 try:
-                    yield from self._solve(begin, end, numbers)
+                    yield from self._solve(begin, end)
                 except CancelledError as error:
                     raise CancelledError(self.stopped()) from error
-            self._done += len(numbers)
 
-    def _solve(self, begin, end, numbers):
+    def _solve(self, begin, end):
         if self.posing.binding is None:
             yield from self.posing.work(self._execution)
-        self._begun_at = self._begun_at or (time.monotonic(), self._done)
+        self._begun_at = self._begun_at or (time.monotonic(), begin)
         self._doing = end - begin
         rows, problems = yield from self.plan.clip.solve_rows(self.posing.binding, begin, end, self._execution)
         self._doing = 0
-        self.store.write(numbers[0], rows, problems)
+        self.begun.write(begin, rows, problems)
 
     def stopped(self):
         """What is kept, for whoever has stopped it; None before anything could be."""
-        if self.store is None:
+        if self.begun is None:
             return None
-        total = len(self.store.frames)
-        kept = total - len(self.store.missing())
-        return f"Stopped. {counted(kept, 'frame')} of {total:,} kept: Bake again goes on from there"
+        kept = counted(len(self.begun.problems), "frame")
+        return f"Stopped. {kept} of {len(self.times):,} kept: Bake again goes on from there"
 
     def progress(self):
         """(rows that are done, of how many, seconds that are left or None), or None as long as nothing is solved."""
         if self._begun_at is None:
             return None
-        total = len(self.store.frames)
-        done = self._done + int(self._execution.progress % 1.0 * self._doing)  # 1 is that of the chunk before
+        total = len(self.times)
+        done = len(self.begun.problems) + int(self._execution.progress % 1.0 * self._doing)  # 1: of the chunk before
         seconds, before = time.monotonic() - self._begun_at[0], self._begun_at[1]
         return done, total, seconds / (done - before) * (total - done) if done > before else None
 
     def write(self, obj):
-        """Generator of the share done: puts the cache together, or chooses the shape keys. @throws CacheError."""
-        if self.to_keys:
-            path = self.store.folder / "merged.pc2"
-            self.problems = yield from self.store.merge(path, self.plan.header)
-            yield from self._choose_keys(path)
+        """Has the cache be whole, or chooses the shape keys: generator of the share done. @throws CacheError."""
+        if not self.to_keys:
+            if not self.is_done:
+                self.begun.become_whole()
+            preparing.write_marker(self.path, obj, self.plan.key)
             return
-        if not self.is_done:
-            self.problems = yield from self.store.merge(self.path, self.plan.header)
-        preparing.write_marker(self.path, obj, self.plan.key)
-        self.store.remove()
-
-    def _choose_keys(self, path):
-        rows = point_cache.mapped(path)
+        rows = point_cache.mapped(self.begun.path)
         self.kept = list(range(len(rows)))
         tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
         if tolerance > 0.0:

@@ -120,12 +120,6 @@ class BakePlan:
         vertices = len(self.clip.bind_input.rest)
         return point_cache.Header(vertices, float(self.times[0]), self.spacing, len(self.times))
 
-    @property
-    def numbers(self):
-        """What chunks call the rows: the frames where every frame is sampled, else counted on from the first."""
-        first = int(np.floor(self.times[0]))
-        return range(first, first + len(self.times))
-
     def chunks(self):
         """[(begin, end)] rows."""
         count = CHUNK_FRAMES if CHUNK_FRAMES * self.header.row_bytes <= CHUNK_BYTES else RUN_FRAMES

@@ -53,7 +53,7 @@ def doubts(obj, times, options, path):
         found.append(
             f"Up to {wording.counted(len(times), 'shape key' if to_keys else 'sample')} of "
             f"{wording.vertices(len(obj.data.vertices))} will take {whole_files.in_bytes(size)}"
-            + (" of memory and slow Blender down: a point cache does not" if to_keys else ", twice at the end")
+            + (" of memory and slow Blender down: a point cache does not" if to_keys else "")
         )
     marker = point_cache.read_marker(path)
     if not to_keys and path.exists() and not _is_own(obj, marker):
@@ -94,7 +94,7 @@ def _file_name(obj):
 
 
 def paths(obj, options):
-    """(as the modifier shows it, in full). For shape keys: where chunks are. @throws SceneError."""
+    """(as the modifier shows it, in full). For shape keys: where it is begun. @throws SceneError."""
     if options.target == TO_KEYS:
         folder = f"//{_folder()}" if bpy.data.filepath else bpy.app.tempdir
         return "", pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")

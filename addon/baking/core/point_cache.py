@@ -6,6 +6,7 @@ float32 for each vertex of each sample, all little-endian.
 """
 
 import contextlib
+import glob
 import json
 import os
 import pathlib
@@ -38,7 +39,11 @@ class Header:
     @property
     def bytes(self):
         """Of the whole file."""
-        return _LAYOUT.size + self.samples * self.row_bytes
+        return self.offset(self.samples)
+
+    def offset(self, sample):
+        """Where a sample begins."""
+        return _LAYOUT.size + sample * self.row_bytes
 
     def packed(self):
         return _LAYOUT.pack(_SIGNATURE, _VERSION, self.vertices, self.start, self.rate, self.samples)
@@ -91,3 +96,48 @@ def is_current(path, key, header):
     with contextlib.suppress(CacheError):
         return read_marker(path).get("key") == key and read_header(path).bytes == header.bytes
     return False
+
+
+class Begun:
+    """A cache that is being written, in a file beside its own: what was killed goes on behind what is whole of it.
+
+    Its name has the key of what is baked, a digest of all that the samples depend on: so changed settings never go on
+    with the samples of others, and processes that bake the same write the same bytes.
+
+    path      where it is until all samples are there
+    problems  [text] on each of the samples that are whole: what went wrong, or ""
+    """
+
+    def __init__(self, path, key, header):
+        self._whole, self._header = path, header
+        self.path = path.with_name(f"{path.name}.{key[:16]}.part")  # paths of Windows are short
+        self.problems = read_marker(self.path).get("problems")
+        size = self.path.stat().st_size if self.path.exists() else 0
+        if not isinstance(self.problems, list) or size < header.offset(len(self.problems)):
+            self.problems = []
+
+    def write(self, begin, rows, problems):
+        """Keeps rows (r, n, 3), of the samples from `begin` on, with r texts. @throws CacheError."""
+        with whole_files.telling(self.path):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self.path.touch()
+            with self.path.open("r+b") as file:
+                file.write(self._header.packed())
+                file.seek(self._header.offset(begin))
+                file.write(np.asarray(rows, "<f4").tobytes())
+                file.flush()
+                os.fsync(file.fileno())
+        self.problems[begin:] = problems
+        write_marker(self.path, {"problems": self.problems})
+
+    def become_whole(self):
+        """@throws CacheError."""
+        with whole_files.telling(self._whole):
+            whole_files.rename(self.path, self._whole)
+        self.remove()
+
+    def remove(self):
+        """Takes away what was begun of this cache, with whatever key."""
+        for left in self._whole.parent.glob(f"{glob.escape(self._whole.name)}.*.part*"):
+            with contextlib.suppress(OSError):
+                left.unlink()

@@ -65,9 +65,8 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
                 yield "sampling the animation", share
 
     def after(self, prepared):
-        stage = "choosing the shape keys" if prepared.to_keys else "writing the point cache"
         for share in prepared.write(self.object()):
-            yield stage, share
+            yield "choosing the shape keys", share
 
     def job_progress(self):
         progress = self._prepared.progress()
@@ -98,7 +97,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if prepared.is_done:
             return f"'{obj.name}' is baked already, and nothing has changed since", notes
         what = "frame" if prepared.options.samples == 1 else "sample"
-        found = bake_times.notes(prepared.times, prepared.problems)
+        found = bake_times.notes(prepared.times, prepared.begun.problems)
         return f"Baked {wording.counted(len(prepared.times), what)}", [*found, *notes]
 
     def _options(self, obj):
@@ -126,7 +125,7 @@ def _play(obj, prepared):
     if prepared.to_keys:
         times = prepared.times[prepared.kept]
         yield from playing.play_keys(obj, times, prepared.shapes)
-        prepared.store.remove()
+        prepared.begun.remove()
         made = wording.counted(len(times), "shape key")
     else:
         header = prepared.plan.header

@@ -41,16 +41,21 @@ def replacing(path):
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            for seconds in RETRIES:
-                with contextlib.suppress(PermissionError):
-                    begun.replace(path)
-                    return
-                time.sleep(seconds)
-            begun.replace(path)
+            rename(begun, path)
         except BaseException:
             with contextlib.suppress(OSError):
                 begun.unlink()
             raise
+
+
+def rename(begun, path):
+    """Has what was written as `begun` be `path`. @throws OSError."""
+    for seconds in RETRIES:
+        with contextlib.suppress(PermissionError):
+            begun.replace(path)
+            return
+        time.sleep(seconds)
+    begun.replace(path)
 
 
 def require_place(path):
