@@ -32,10 +32,10 @@ cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 @dataclass(frozen=True)
 class Binding:
-    """A native deformer and how long it took to make."""
+    """A native deformer, and sentences on what is unusual about what it is of."""
 
     deformer: object
-    summary: result.BindSummary
+    notes: tuple
 
 
 def cached(bind_input):
@@ -95,15 +95,13 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
         if refusal is None:
             raise
         raise refusal from error
-    summary = result.BindSummary.of(deformer.report, len(anchors) - len(mesh.anchors), mesh.places)
-    summary = mesh.without_images(summary)
     if result.nothing_is_held(deformer.report):
         raise SceneError(
             "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
             "posed. "
             + ". ".join(bind_input.notes or ["Pin three of its vertices, or choose a region that leaves some out"])
         )
-    return Binding(deformer, summary)
+    return Binding(deformer, tuple(result.unheld_notes(deformer.report, mesh.places)))
 
 
 @dataclass(eq=False)

@@ -110,7 +110,7 @@ class Posed:
         times = ", ".join(f"{stage} {value:.2f} s" for stage, value in self.seconds.items())
         shares = ", ".join(f"p{p} {np.percentile(self.edge_length_ratios(), p):.3f}" for p in (1, 50, 99))
         return (
-            f"\n{self.obj.name}: {bound.vertex_count:,} vertices, {bound.free_count:,} free, "
+            f"\n{self.obj.name}: {len(self.rest):,} vertices, {bound.free_count:,} free, "
             f"{bound.anchor_count:,} anchors; {times}; edge lengths over rest: {shares}"
         )
 

@@ -2,6 +2,7 @@
 """What an artist does, step by step."""
 
 import contextlib
+import types
 
 import bpy
 import numpy as np
@@ -100,9 +101,14 @@ def is_bound(obj):
 
 
 def summary(obj):
-    """The BindSummary of what `obj` is bound as."""
+    """Counts of what `obj` is bound as."""
     bind_input = installed.part("posing.bridge.scene_input").gather(obj)
-    return installed.part("solver.session").cached(bind_input).summary
+    report = installed.part("solver.session").cached(bind_input).deformer.report
+    return types.SimpleNamespace(
+        anchor_count=len(bind_input.anchors),
+        free_count=np.count_nonzero(bind_input.free),
+        following_part_count=sum(carrier >= 0 for carrier in report.carriers),
+    )
 
 
 def is_stale(obj):

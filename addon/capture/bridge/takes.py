@@ -147,8 +147,8 @@ def _keyed(collection, empties):
     return positions, first + spacing * np.arange(count)
 
 
-def swap(collection, one, other, frame=None):
-    """Gives two Empties of a take each other's path, from a frame of the scene on, or all. @throws SceneError."""
+def swap(collection, one, other, frame):
+    """Gives two Empties of a take each other's path, from a frame of the scene on. @throws SceneError."""
     if one.parent != other.parent:
         raise SceneError(
             f"'{one.name}' and '{other.name}' have different parents, so their keys mean different places. Clear the "
@@ -157,8 +157,7 @@ def swap(collection, one, other, frame=None):
     empties = markers(collection)
     positions, frames = _keyed(collection, empties)
     pair = [empties.index(one), empties.index(other)]
-    begin = -np.inf if frame is None else frame - 0.5 * collection.meanvalue.frames_per_sample
-    later = np.flatnonzero(frames >= begin)[:, None]
+    later = np.flatnonzero(frames >= frame - 0.5 * collection.meanvalue.frames_per_sample)[:, None]
     positions[later, pair] = positions[later, pair[::-1]]
     for number in pair:
         _animate(empties[number], positions[:, number], ~np.isnan(positions[:, number, 0]), frames)

@@ -45,53 +45,23 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
 
 
 class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
-    """Exchange the paths of two markers from a frame to the end of the take, or in all of it"""
+    """Exchange the paths of the two markers of the active problem, from its frame to the end of the take"""
 
     bl_idname = "meanvalue.swap_markers"
     bl_label = "Swap Markers"
 
-    marker: bpy.props.StringProperty(
-        name="Marker",
-        description="Name of one of them. If empty: those and the frame of the active problem",
-        options={'SKIP_SAVE'},
-    )
-    other: bpy.props.StringProperty(name="Other", description="Name of the other one", options={'SKIP_SAVE'})
-    frame: bpy.props.FloatProperty(
-        name="From Frame", description="From this frame of the scene on, with it", options={'SKIP_SAVE'}
-    )
-    whole_take: bpy.props.BoolProperty(
-        name="Whole Take", description="In all frames: as if their names were exchanged", options={'SKIP_SAVE'}
-    )
-
     def run(self, take):
-        if not self.marker and not self.other:
-            self._take_over(take.meanvalue)
-        empties = {empty.meanvalue.marker: empty for empty in takes.markers(take)}
-        for name in (self.marker, self.other):
-            if name not in empties:
-                raise SceneError(f"'{name}' is no marker of '{take.name}'. Give the names of two of its markers")
-        if self.marker == self.other:
-            raise SceneError(f"'{self.marker}' can't be swapped with itself. Give the names of two markers")
-        one, other = empties[self.marker], empties[self.other]
-        takes.swap(take, one, other, None if self.whole_take else self.frame)
-        if take.meanvalue.is_searched:
-            _list_problems(take, _longest_gap(take))
-        where = "in the whole take" if self.whole_take else f"from frame {self.frame:g} on"
+        problem = takes.active_problem(take.meanvalue)
+        if problem is None or not {problem.marker, problem.other}.issubset(takes.markers(take)):
+            raise SceneError("No swapped pair is chosen. Press Find Problems and choose one of the list")
+        one, other, frame = problem.marker.meanvalue.marker, problem.other.meanvalue.marker, problem.frame
+        takes.swap(take, problem.marker, problem.other, frame)
+        _list_problems(take, _longest_gap(take))
         return (
-            f"'{self.marker}' and '{self.other}' have changed places {where}. What is matched already follows after "
+            f"'{one}' and '{other}' have changed places from frame {frame:g} on. What is matched already follows after "
             "Match Markers",
             [],
         )
-
-    def _take_over(self, settings):
-        problem = takes.active_problem(settings)
-        if problem is None or problem.marker is None or problem.other is None:
-            raise SceneError(
-                "No swapped pair is chosen. Press Find Problems and choose one of the list, or give the names of two "
-                "markers"
-            )
-        self.marker, self.other = problem.marker.meanvalue.marker, problem.other.meanvalue.marker
-        self.frame = problem.frame
 
 
 def _list_problems(take, longest):

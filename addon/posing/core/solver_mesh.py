@@ -4,7 +4,6 @@
 Copies of a vertex stay together as long as the region has all of them or none: welding.spread() sees to it.
 """
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -40,7 +39,7 @@ class PlainMesh(whole_mesh.PlainMesh):
         """[(n x 3 float64, number of the shape)] of n x 3 shapes."""
         return [(shape, number) for number, shape in enumerate(shapes)]
 
-    without_images = targets = met = weights = whole_mesh.PlainMesh.values
+    targets = met = weights = whole_mesh.PlainMesh.values
 
 
 class SolverMesh(whole_mesh.WholeMesh):
@@ -115,11 +114,6 @@ class SolverMesh(whole_mesh.WholeMesh):
     def held_rest(self):
         """Rest positions of all that holds the solver mesh in its place."""
         return self.rest[np.unique(self._images[:, self._of.is_held])]
-
-    def without_images(self, summary):
-        """A BindSummary of the solver mesh with the counts of the mesh."""
-        of = self._of
-        return replace(summary, vertex_count=len(of.rest), anchor_count=len(of.anchors), free_count=int(of.free.sum()))
 
     def targets(self, positions):
         """... x k x 3 float64 of the anchors to ... x K x 3."""

@@ -97,7 +97,7 @@ class Follower(Following):
 
     def notes(self):
         """What is wrong with what is shown, in sentences."""
-        yield from self._binding.summary.notes()
+        yield from self._binding.notes
         yield from result.torn_notes(self._input, self._wanted.positions)
         if self._drag is not None and self._drag.snaps is not None and self._drag.snaps.found is not None:
             yield f"the pose snaps at frame {self._drag.snaps.found}: key one in between"

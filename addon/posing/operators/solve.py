@@ -33,9 +33,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
         controls.remove_deleted(obj)
         made = _make_own_controls(obj)
         posing.record(obj)
-        notes = [f"{wording.counted(made, 'control')} made"] if made else []
-        message = ". ".join([f"Updated: {posing.binding.summary.text()}", *notes])
-        return message, list(posing.binding.summary.notes())
+        message = f"Updated. {wording.counted(made, 'control')} made" if made else "Updated"
+        return message, posing.binding.notes
 
 
 class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scripts rely on its name
@@ -66,7 +65,7 @@ class SolvingOperator(BackgroundOperator):
         solved, solution = outcome
         positions = posing.targets.positions
         warnings = [
-            *posing.binding.summary.notes(),
+            *posing.binding.notes,
             *result.solve_notes(solution),
             *result.pose_warnings(posing.bind_input, positions),
         ]

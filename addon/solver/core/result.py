@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a solve gives back to the scene: the positions to write and the words to say."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ... import wording
@@ -53,53 +51,19 @@ def torn_notes(bind_input, targets):
         )
 
 
-@dataclass(frozen=True)
-class BindSummary:
-    """What is worth telling about a binding."""
+def unheld_notes(report, places):
+    """A sentence on parts of the mesh that too little holds, none of it an error.
 
-    vertex_count: int
-    anchor_count: int
-    free_count: int
-    unheld_part_count: int
-    seconds: float
-    following_part_count: int = 0
-
-    def text(self):
-        text = (
-            f"{wording.vertices(self.vertex_count)}, {self.anchor_count:,} held, {self.free_count:,} free, "
-            f"{wording.seconds(self.seconds)}"
-        )
-        following = self.following_part_count
-        if following == 0:
-            return text
-        return f"{text}, {wording.counted(following, 'loose part')} {'follows' if following == 1 else 'follow'}"
-
-    def notes(self):
-        """Sentences for what is unusual, none of it an error."""
-        if self.unheld_part_count:
-            yield (
-                f"{wording.counted(self.unheld_part_count, 'part')} of the mesh "
-                f"{'has' if self.unheld_part_count == 1 else 'have'} fewer than three fixed points that are not in one "
-                "line: without any it stays in place, with one or two it hardly turns. Pin three vertices of each"
-            )
-
-    @classmethod
-    def of(cls, report, border_count=0, places=None):
-        """From the native deformer's report, to which the springs of a soft border are anchors as well.
-
-        places: n int, which of its vertices are those of the mesh, whose parts alone are counted; None: all are.
-        """
-        numbers = range(len(report.components)) if places is None else np.unique(np.asarray(report.part_of)[places])
-        parts = [(report.components[k], report.carriers[k]) for k in numbers if k >= 0]
-        return cls(
-            vertex_count=int(report.vertex_count),
-            anchor_count=int(report.anchor_count) - border_count,
-            free_count=int(report.free_count),
-            unheld_part_count=sum(
-                1 for part, carrier in parts if part.free_count and part.undetermined and carrier < 0
-            ),
-            seconds=float(report.timings["total"]),
-            following_part_count=sum(1 for _part, carrier in parts if carrier >= 0),
+    report: the native one of a binding; places: n int, which of its vertices are those of the mesh.
+    """
+    numbers = [number for number in np.unique(np.asarray(report.part_of)[places]) if number >= 0]
+    parts = [report.components[number] for number in numbers if report.carriers[number] < 0]
+    count = sum(1 for part in parts if part.free_count and part.undetermined)
+    if count:
+        yield (
+            f"{wording.counted(count, 'part')} of the mesh {'has' if count == 1 else 'have'} fewer than three fixed "
+            "points that are not in one line: without any it stays in place, with one or two it hardly turns. Pin "
+            "three vertices of each"
         )
 
 
