@@ -200,9 +200,14 @@ def test_what_was_begun_goes_on_and_becomes_the_cache(tmp_path):
     again.write(4, rows[4:], [""] * 6)
     assert not (tmp_path / "out.pc2").exists()
     begun(tmp_path, rows, "other").write(0, rows[:1], [""])
+    behind = begun(tmp_path, rows)  # as of another Blender that bakes the same
     again.become_whole()
     assert (tmp_path / "out.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["at_once.pc2", "out.pc2"]
+    for too_late in (behind.become_whole, lambda: behind.write(10, rows, [""] * 10)):
+        with pytest.raises(DamagedCacheError, match="Bake again"):
+            too_late()
+    assert (tmp_path / "out.pc2").read_bytes() == (tmp_path / "at_once.pc2").read_bytes()
 
 
 @pytest.mark.parametrize("damage", ["cut", "gone", "no list"])

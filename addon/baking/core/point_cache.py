@@ -112,13 +112,23 @@ class Begun:
         self._whole, self._header = path, header
         self.path = path.with_name(f"{path.name}.{key[:16]}.part")  # paths of Windows are short
         self.problems = read_marker(self.path).get("problems")
-        size = self.path.stat().st_size if self.path.exists() else 0
-        if not isinstance(self.problems, list) or size < header.offset(len(self.problems)):
+        if not isinstance(self.problems, list) or not self._has(len(self.problems)):
             self.problems = []
+
+    def _has(self, samples):
+        return self.path.exists() and self.path.stat().st_size >= self._header.offset(samples)
+
+    def _require_all(self):
+        if self.problems and not self._has(len(self.problems)):
+            raise DamagedCacheError(
+                f"What was begun of '{self._whole}' is gone: another Blender that bakes the same has finished it, or "
+                "it was deleted. Bake again"
+            )
 
     def write(self, begin, rows, problems):
         """Keeps rows (r, n, 3), of the samples from `begin` on, with r texts. @throws CacheError."""
         with whole_files.telling(self.path):
+            self._require_all()
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self.path.touch()
             with self.path.open("r+b") as file:
@@ -133,6 +143,7 @@ class Begun:
     def become_whole(self):
         """@throws CacheError."""
         with whole_files.telling(self._whole):
+            self._require_all()
             whole_files.rename(self.path, self._whole)
         self.remove()
 
