@@ -43,15 +43,13 @@ OPTIONS = {
     ),
     "path": StringProperty(
         name="File",
-        description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend, with "
-        "the names of both",
+        description="Point cache to write. Left empty, it is in the folder meanvalue_cache beside the .blend",
         subtype='FILE_PATH',
         options=compat.flags_of_paths(),
     ),
     "tolerance_share": FloatProperty(
         name="Tolerance",
-        description="As few keys are made as keep every vertex within this part of the mesh's size of where it was "
-        "solved; at 0 one for each sample",
+        description="How far keys may leave vertices, as a part of the mesh's size; at 0 each sample has one",
         default=0.1,
         min=0.0,
         soft_max=5.0,

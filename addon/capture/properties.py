@@ -65,8 +65,7 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):
     vertex: IntProperty(description="Vertex that the marker carries, -1 for none", default=-1, min=-1)
     landmark: StringProperty(
         name="Landmark",
-        description="Place of the body that the marker is on, such as knee.L. Empty: as its name says in the marker "
-        "sets that are known",
+        description="Place of the body that the marker is on, such as knee.L. Empty: as its name says",
         search=_landmarks,
     )
     is_picked: BoolProperty(
@@ -101,8 +100,7 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
     reference_take: PointerProperty(
         name="Reference Take",
-        description="A take of the same markers in which the person stands as the mesh does, such as a static or "
-        "T-pose trial. Empty: the take itself has such a frame",
+        description="A take of the same markers in which the person stands as the mesh does, such as a static trial",
         type=bpy.types.Collection,
         poll=_is_take,
         update=_take_chosen,
@@ -125,14 +123,12 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
     pose_limbs: BoolProperty(
         name="Pose Limbs",
-        description="Turn arms and legs of the reference to where the mesh has them, if the person stands otherwise. "
-        "Needs markers whose place on the body is known",
+        description="Turn arms and legs of the reference to where the mesh has them, if the person stands otherwise",
         default=True,
     )
     use_cuffs: BoolProperty(
         name="Cuffs",
-        description="Have three points around each thigh and shank go along with its "
-        "markers, where these tell how it is rolled. Without, knees bend less than the person's",
+        description="Have three points around each thigh and shank go along with its markers. Without, knees bend less",
         default=True,
     )
     alignment: FloatVectorProperty(
@@ -152,8 +148,7 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
     rigid_seconds: FloatProperty(
         name="By Neighbors",
-        description="Gaps up to this long are filled from how neighboring markers move. Longer ones leave the handle "
-        "free. 0: none",
+        description="Gaps up to this long are filled from how neighboring markers move; longer ones free the handle",
         default=1.0,
         min=0.0,
         soft_max=5.0,

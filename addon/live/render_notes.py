@@ -22,12 +22,7 @@ def begin(unsettled):
     """A render begins. unsettled: [(identity, name)] of objects whose mesh does not show the settled answer yet."""
     forget()
     for identity, name in unsettled:
-        _tell(
-            identity,
-            f"'{name}' was still being solved when the render began, which shows what was there. Wait until the panel "
-            "tells of no more work, and render again",
-            True,
-        )
+        _tell(identity, f"'{name}' was still being solved when the render began. Wait for it, and render again", True)
 
 
 def look(identity, obj, follower, depsgraph):
@@ -38,11 +33,7 @@ def look(identity, obj, follower, depsgraph):
     first = _at_first.setdefault(identity, now)
     if len(first) == len(now) and np.allclose(first, now, rtol=0.0, atol=1e-6):
         return
-    _tell(
-        identity,
-        f"The {follower.FOLLOWS} of '{obj.name}' are animated, but nothing follows them while Blender renders: every "
-        "frame shows the mesh as it was when the render began. Press Bake in Mean-Value > Bake, and render again",
-    )
+    _tell(identity, f"The {follower.FOLLOWS} of '{obj.name}' moved, but renders show one pose. Bake, and render again")
 
 
 def of(identity, is_behind):

@@ -99,10 +99,7 @@ def live_objects():
 
 def gives_way_to(other_name):
     """Why an object does not follow, in words, where another with the same mesh does."""
-    return (
-        f"'{other_name}' has the same mesh and is live. Turn Live, or Rotation-Aware Keys, off for one of them, or "
-        "make the mesh a single user (Object > Relations > Make Single User)"
-    )
+    return f"'{other_name}' has the same mesh and is live. Turn that off, or make the mesh a single user"
 
 
 def in_charge():

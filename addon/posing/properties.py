@@ -52,16 +52,14 @@ class Settings:
     )
     roi_group: StringProperty(
         name="Region",
-        description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff: springs hold "
-        "these vertices to the rest shape, the harder the less weight they have (method Fast; else any weight is "
-        "free). Without a group, the whole mesh may move",
+        description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff. Without a "
+        "group, the whole mesh may move",
         maxlen=ids.NAME_LENGTH,
         update=_choose_region,
     )
     symmetric: EnumProperty(
         name="Symmetric",
-        description="Pose both sides at once: what a handle does is done mirrored on the other side of the object's "
-        "origin. For meshes that are the same on both sides",
+        description="Do what a handle does mirrored on the other side, too. For meshes that are the same on both sides",
         items=(
             ('NONE', "Off", "Handles move what they hold"),
             ('X', "X", "The left and the right side are mirrored"),
@@ -84,8 +82,7 @@ class Settings:
     )
     rigidity: FloatProperty(
         name="Rigidity",
-        description="From soft (0 to 5: parts grow and shrink freely) to stiff (100: parts keep their lengths). Only "
-        "the method Fast knows it",
+        description="From soft (0 to 5: parts grow and shrink freely) to stiff (100: parts keep their lengths)",
         default=ids.DEFAULT_RIGIDITY,
         min=0.0,
         soft_max=100.0,
@@ -94,20 +91,11 @@ class Settings:
     )
     pose_like: EnumProperty(
         name="Pose Like",
-        description="What shows how the mesh bends. Only the method Fast knows it",
+        description="What shows how the mesh bends",
         items=(
             (ids.LIKE_NOTHING, "Nothing", "The mesh keeps its shape as well as it can"),
-            (
-                ids.LIKE_KEYS,
-                "Own Shape Keys",
-                "It bends as its shape keys at value 1 do, where these are not muted and neither poses that were kept "
-                "nor made by the add-on",
-            ),
-            (
-                ids.LIKE_RIG,
-                "Own Rig",
-                "It bends as its rig bends it, in the poses that Sample Rig Poses keeps as muted shape keys",
-            ),
+            (ids.LIKE_KEYS, "Own Shape Keys", "It bends as its own shape keys at value 1 do, if they are not muted"),
+            (ids.LIKE_RIG, "Own Rig", "It bends as its rig does in the poses that Sample Rig Poses keeps"),
         ),
         default=ids.LIKE_NOTHING,
         update=tell,
@@ -124,15 +112,13 @@ class Settings:
     )
     close_seams: BoolProperty(
         name="Close Seams",
-        description="Vertices of open borders that lie in one place move as one, as where a texture or a sharp edge "
-        "splits the mesh. The mesh itself stays as it is",
+        description="Vertices of open borders in one place move as one, as where a texture or a sharp edge splits them",
         default=True,
         update=tell,
     )
     merge_distance: FloatProperty(
         name="Merge Distance",
-        description="Vertices this near to each other move as one too, on borders or not: closes seams that gape and "
-        "joins layers. 0: only what Close Seams finds",
+        description="Vertices this near to each other move as one too: closes seams that gape, and joins layers",
         default=0.0,
         min=0.0,
         soft_max=0.01,
@@ -153,20 +139,12 @@ class Settings:
     result_mark: aside(FloatProperty)(options={'HIDDEN'})  # of the shape key that is the result, see scene/key_marks.py
     made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
     show_overlay: aside(BoolProperty)(
-        name="Overlay",
-        description="Show handles, pins and region in the 3D View",
-        default=True,
+        name="Overlay", description="Show handles, pins and region in the 3D View", default=True
     )
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
     is_control: aside(BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
-    influence: aside(FloatProperty)(
-        name="Influence",
-        description="How much the soft handle of this control counts. At 0 it is free",
-        default=1.0,
-        min=0.0,
-        max=1.0,
-        subtype='FACTOR',
-        update=tell,
+    influence: aside(FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture
+        name="Influence", default=1.0, min=0.0, max=1.0, update=tell
     )
 
 

@@ -96,10 +96,7 @@ def insert_key(owner, path, **options):
 def _require_own(id_block):
     """@throws SceneError if keyframes would be gone when the file is opened again."""
     if id_block.library is not None:
-        raise SceneError(
-            f"'{id_block.name}' is linked from another file, so its keyframes would not be saved. Make it local or a "
-            "library override (Object > Relations), or choose another control"
-        )
+        raise SceneError(f"'{id_block.name}' is linked, so its keyframes would not be saved. Make it local")
 
 
 def is_animated(id_block):

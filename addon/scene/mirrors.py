@@ -173,10 +173,7 @@ def _symmetry(obj, planes):
         if np.allclose(np.abs(plane[:3]), row[:3], atol=RIGHT_ANGLE) and abs(plane[3]) < 1e-9:
             return None
         if not _is_square(plane[:3], row[:3]):
-            raise SceneError(
-                f"Symmetric {obj.meanvalue.symmetric} does not stand at right angles to the plane of the Mirror "
-                "modifier. Choose another axis, or turn Symmetric off"
-            )
+            raise SceneError("Symmetric and the Mirror modifier are not at right angles. Choose another axis")
     return row
 
 
@@ -186,8 +183,6 @@ def _twins(obj, rest, corners, starts, row):
     if len(missing):
         raise SceneError(
             f"{len(missing):,} of {wording.vertices(len(rest))} (the first is {missing[0]}) have no mirror image "
-            f"across {obj.meanvalue.symmetric}, within {twins.TOLERANCES[-1]:.1%} of the size. Press "
-            "Select Problem Vertices > Unpaired to see them, use Mesh > Snap to Symmetry or Symmetrize in Edit Mode, "
-            "or turn Symmetric off"
+            f"across {obj.meanvalue.symmetric}. See Select Problem Vertices > Unpaired, or turn Symmetric off"
         )
     return partners

@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import compat, wording
 from ..errors import SceneError
-from . import mesh_arrays, pose_key, shape_keys
+from . import mesh_arrays, pose_key, shape_keys, views
 from .baked import names_in
 from .core.fixed_points import bounding_box_diagonal
 from .core.seen_space import SeenSpace
@@ -120,10 +120,7 @@ def note(obj):
         if not modifier.show_viewport:
             continue
         if maker is not None and modifier.type in TIED:
-            return (
-                f"'{modifier.name}' deforms vertices that '{maker}' makes or merges, so handles are posed as if it "
-                f"were off. Move '{modifier.name}' above '{maker}'"
-            )
+            return f"'{modifier.name}' does not count where it is. Move it above '{maker}', which makes vertices"
         if modifier.type not in DEFORMING | HARMLESS:
             maker = modifier.name
     return None
@@ -145,8 +142,7 @@ def measure(obj):
         seen = evaluate(rest)
         if len(seen) != len(rest):
             raise SceneError(
-                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}, so handles cannot be posed behind it. "
-                "Turn it off in the viewport while posing"
+                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}. Turn it off in the viewport while posing"
             )
         jacobians = np.empty((len(rest), 3, 3))
         for axis in range(3):
@@ -211,8 +207,7 @@ def _evaluated(obj):
         if evaluated.is_evaluated and stores is not None and len(evaluated.modifiers) == len(obj.modifiers):
             return evaluated, stores
     raise SceneError(
-        f"'{obj.name}' is not evaluated in this scene, so what {named(obj)} does to it is not known. Go to the scene "
-        "that has it, and enable it and its collection in viewports"
+        f"'{obj.name}', with {named(obj)}, is not evaluated in this scene. Go to the one that has it. {views.ENABLE}"
     )
 
 

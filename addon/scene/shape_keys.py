@@ -5,7 +5,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from .. import compat, ids
+from .. import compat, ids, wording
 from ..errors import SceneError
 from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
@@ -77,8 +77,8 @@ def _fitting(mesh, key):
     found = positions(key)
     if len(found) != len(mesh.vertices):
         raise SceneError(
-            f"Shape key '{key.name}' has {len(found):,} points, the mesh has {len(mesh.vertices):,} vertices. Enter "
-            "and leave Edit Mode once, so that Blender makes them agree"
+            f"Shape key '{key.name}' has {len(found):,} points for {wording.vertices(len(mesh.vertices))}. Enter and "
+            "leave Edit Mode once"
         )
     return found
 
@@ -200,10 +200,7 @@ def pose_to_use(obj):
     """As result_positions(). @throws SceneError if there is none."""
     shape = result_positions(obj)
     if shape is None:
-        raise SceneError(
-            f"There is no pose to use: the shape key '{obj.meanvalue.result_key}' is missing. Turn Live on and "
-            "move a handle"
-        )
+        raise SceneError(f"There is no shape key '{obj.meanvalue.result_key}'. Turn Live on and move a handle")
     if np.array_equal(shape, rest_positions(obj.data)):
         raise SceneError("Nothing is posed: kept poses are in their own shape keys. Move a handle first")
     return shape
@@ -289,10 +286,7 @@ def why_result_is_hidden(obj):
     if obj.show_only_shape_key and obj.active_shape_key not in {None, key}:
         return f"'{obj.active_shape_key.name}' is pinned: turn off Shape Key Lock to see '{key.name}'"
     if key.relative_key != keys.reference_key:
-        return (
-            f"Shape key '{key.name}' is relative to '{key.relative_key.name}', so the pose shows wrong. Choose "
-            f"'{keys.reference_key.name}' in Relative To"
-        )
+        return f"'{key.name}' is relative to '{key.relative_key.name}'. Set Relative To to '{keys.reference_key.name}'"
     if key.mute:
         return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:

@@ -27,14 +27,11 @@ def object_problem(obj):
     if obj.type != 'MESH':
         return f"'{obj.name}' is not a mesh. Click a mesh object"
     if obj.library is not None:
-        return (
-            f"'{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local), or pose it in "
-            "that file"
-        )
+        return f"'{obj.name}' is linked from another file. Make it local (Object > Relations), or pose it there"
     if obj.override_library is not None or obj.data.override_library is not None:
         return _override_problem(obj)
     if obj.data.library is not None:
-        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations > Make Local)"
+        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations)"
     return None
 
 
@@ -42,10 +39,9 @@ def _override_problem(obj):
     """Blender saves neither new shape keys nor our settings of what is an override."""
     linked = (obj.override_library or obj.data.override_library).reference.library
     return (
-        f"'{obj.name}' is a library override, of which handles and new shape keys are not saved. Pose it in the file "
-        f"that it comes from{f' ({linked.filepath})' if linked else ''}: its keys then arrive here too. To pose it "
-        "here alone, Object > Relations > Make Local > Selected Objects and Data ends the override: changes of that "
-        "file no longer arrive"
+        f"'{obj.name}' is a library override, of which handles and shape keys are not saved. Pose it in the file that "
+        f"it comes from{f' ({linked.filepath})' if linked else ''}. Or make it and its data local (Object > "
+        "Relations): changes of that file no longer arrive"
     )
 
 
@@ -76,10 +72,7 @@ def other_mesh(context, obj, chosen=None):
     if chosen is None:
         others = [other for other in context.selected_objects if other != obj and other.type == 'MESH']
         if len(others) != 1:
-            raise SceneError(
-                f"{len(others)} other meshes are selected. Select one, then Shift-click '{obj.name}', to make it the "
-                "active one"
-            )
+            raise SceneError(f"{len(others)} other meshes are selected. Select one, then Shift-click '{obj.name}'")
         return others[0]
     if chosen.type != 'MESH' or chosen == obj:
         raise SceneError(f"'{chosen.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")

@@ -96,11 +96,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
             raise
         raise refusal from error
     if result.nothing_is_held(deformer.report):
-        raise SceneError(
-            "No part of the mesh that may move has three fixed points that are not in one line, so nothing can be "
-            "posed. "
-            + ". ".join(bind_input.notes or ["Pin three of its vertices, or choose a region that leaves some out"])
-        )
+        remedy = bind_input.notes or ["Pin three of its vertices, or choose a region that leaves some out"]
+        raise SceneError(". ".join(["No part that may move has three fixed points that are not in one line", *remedy]))
     return Binding(deformer, tuple(result.unheld_notes(deformer.report, mesh.places)))
 
 
@@ -250,14 +247,10 @@ def call(function, *arguments, refused=REFUSED_MESH, **options):
     except module.InvalidInput as error:
         raise SolverError(refused.format(error)) from error
     except module.SolverFailure as error:
-        raise SolverError(
-            f"The solver failed: {error}. Move the handles closer to the rest shape, or add pins"
-        ) from error
+        raise SolverError(f"The solver failed: {error}. Move the handles less, or add pins") from error
     except module.Cancelled as error:
         raise CancelledError("Cancelled. Nothing was changed") from error
     except module.TooLittleMemory as error:
         raise SolverError(f"Too little memory: {error}. Choose a smaller region") from error
     except MemoryError as error:
-        raise SolverError(
-            "There is not enough memory for this mesh. Choose a smaller region, or close other programs"
-        ) from error
+        raise SolverError("Too little memory. Choose a smaller region, or close other programs") from error

@@ -51,7 +51,8 @@ def test_finish_as_shape_key_keeps_what_is_seen_and_removes_the_rest():
     grab()
     shape = handles.shown(obj)
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish(name="Bump") == {'FINISHED'}
+    obj.data.shape_keys.key_blocks["Mean-Value"].name = "Bump"
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
     handles.update()
     assert np.array_equal(steps.key_positions(obj, "Bump"), shape)
     assert obj.data.shape_keys.key_blocks["Bump"].value == 1.0
@@ -126,7 +127,8 @@ def test_what_is_kept_is_not_what_the_next_pose_writes():
     grab()
     meshes.activate(obj)
     obj.shape_key_add(name="Kept Pose", from_mix=False)
-    assert bpy.ops.meanvalue.finish(name="Mean-Value") == {'FINISHED'}
+    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    obj.data.shape_keys.key_blocks[1].name = "Mean-Value"
     kept = shown(obj)
     grab()
     assert obj.data.shape_keys.key_blocks.keys() == ["Basis", "Mean-Value", "Kept Pose", "Mean-Value.001"]

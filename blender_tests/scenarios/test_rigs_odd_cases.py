@@ -187,7 +187,7 @@ def test_what_is_not_seen_through_is_told_by_name(part):
     meshes.activate(obj)
     bpy.ops.meanvalue.bind()
     steps.solve()
-    assert "Move 'Follow' above 'Subdivision'" in part("scene.rig_space").note(obj)
+    assert "Move it above 'Subdivision'" in part("scene.rig_space").note(obj)
 
 
 def test_what_a_pinned_key_shows_counts(part):

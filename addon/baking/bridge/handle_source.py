@@ -47,7 +47,4 @@ def require_evaluated(obj):
     """@throws SceneError if the object or a control is disabled: Blender then leaves it where it is, without a word."""
     for each in (obj, *(handle.control for handle in targets.moved_handles(obj))):
         if not views.is_evaluated(each):
-            raise SceneError(
-                f"'{each.name}' is disabled in viewports, or in a collection that is, so its animation does not run. "
-                f"{views.ENABLE}"
-            )
+            raise SceneError(f"'{each.name}' is disabled, so its animation does not run. {views.ENABLE}")

@@ -56,10 +56,7 @@ def keys_problem(obj):
     """Why `obj` cannot be baked to shape keys, in words, or None."""
     for other in bpy.data.objects:
         if other != obj and other.data == obj.data and other.meanvalue.baked.target == TO_KEYS:
-            return (
-                f"The mesh is shared with '{other.name}', whose bake is in its shape keys. Bake to a point cache, or "
-                "make the mesh a single user (Object > Relations > Make Single User)"
-            )
+            return f"The mesh is shared with '{other.name}', whose keys play its bake. Bake to a point cache"
     return shape_keys.absolute_problem(obj)
 
 

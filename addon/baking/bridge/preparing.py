@@ -102,10 +102,7 @@ def paths(obj, options):
     if shown.startswith("//"):  # Blender's own modifier takes both slashes for one, on all systems
         shown = shown.replace("\\", "/")
     if shown.startswith("//") and not bpy.data.filepath:
-        raise SceneError(
-            "The file is not saved yet, so there is no place beside it for the point cache. Save the file, choose a "
-            "full path in File, or bake to shape keys"
-        )
+        raise SceneError("The file is not saved yet. Save it, choose a full path in File, or bake to shape keys")
     full = pathlib.Path(bpy.path.abspath(shown))
     if not full.is_absolute():
         raise SceneError(f"'{shown}' is no full path. Begin it with // for the folder of the .blend")

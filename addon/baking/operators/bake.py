@@ -20,18 +20,14 @@ from ..core import bake_times
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake"
     bl_label = "Bake"
-    bl_description = (
-        "Solve every frame of the animated handles, or of the sliders of rotation-aware keys, and keep the "
-        "result, as a point cache or as shape keys"
-    )
+    bl_description = "Solve every frame of the animated handles or sliders, into a point cache or shape keys"
     doing = "Baking"
 
     __annotations__ = {
         **properties.unsaved(properties.OPTIONS),
         "confirm": BoolProperty(
             name="Confirm",
-            description="Bake even if the result is large, or replaces a file that is no earlier bake of this object "
-            "in this .blend",
+            description="Bake even if the result is large, or replaces a file that is no earlier bake of this object",
             options={'SKIP_SAVE'},
         ),
     }

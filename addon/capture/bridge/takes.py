@@ -128,9 +128,7 @@ def _keyed(collection, empties):
     curves = [[actions.read_keys(empty, "location", index) for index in range(3)] for empty in empties]
     spans = [(frames.min(), frames.max()) for curve in curves for frames, _ in curve if len(frames)]
     if not spans:
-        raise SceneError(
-            f"The take '{collection.name}' has no markers with keyframes on their location any more. Import it again"
-        )
+        raise SceneError(f"The take '{collection.name}' has no markers with keyframes any more. Import it again")
     spacing = collection.meanvalue.frames_per_sample
     first, last = min(span[0] for span in spans), max(span[1] for span in spans)
     count = round((last - first) / spacing) + 1
@@ -150,10 +148,7 @@ def _keyed(collection, empties):
 def swap(collection, one, other, frame):
     """Gives two Empties of a take each other's path, from a frame of the scene on. @throws SceneError."""
     if one.parent != other.parent:
-        raise SceneError(
-            f"'{one.name}' and '{other.name}' have different parents, so their keys mean different places. Clear the "
-            "parents (Alt+P), or give both the same"
-        )
+        raise SceneError(f"'{one.name}' and '{other.name}' have different parents. Clear them (Alt P)")
     empties = markers(collection)
     positions, frames = _keyed(collection, empties)
     pair = [empties.index(one), empties.index(other)]
@@ -218,8 +213,7 @@ def _stretched(collection, what):
     settings = collection.meanvalue
     return SceneError(
         f"{what}, but the take has {wording.counted(settings.sample_count, 'sample')}, one every "
-        f"{settings.frames_per_sample:.4g} frames. Keys may be moved in value and deleted, and all of them moved in "
-        "time together; undo what stretched them, or import the take again"
+        f"{settings.frames_per_sample:.4g} frames. Undo what stretched them, or import the take again"
     )
 
 

@@ -28,8 +28,7 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
 
     remove: bpy.props.BoolProperty(
         name="Remove Marker",
-        description="Let the mesh go from the marker: its handle and control are deleted, the imported Empty stays. "
-        "Match Markers leaves it out until its box is ticked again",
+        description="Delete the marker's handle and control, and leave it out until its box is ticked again",
         options={'SKIP_SAVE'},
     )
 
@@ -54,9 +53,7 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
             (each for each in obj.meanvalue.capture.pairs if each.vertex == self.vertex and each != pair), None
         )
         if other is not None and (other.is_picked or other.control is not None):
-            raise SceneError(
-                f"That vertex carries marker '{other.name}' already. Click another one, or remove that marker first"
-            )
+            raise SceneError(f"That vertex carries marker '{other.name}' already. Click another one")
         name = pair.name
         if marker_pairs.handle_index(obj, pair) is not None:
             pair.is_used = True

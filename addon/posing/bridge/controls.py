@@ -34,10 +34,7 @@ def problem(obj, handle):
     if motion.is_flat(control_places.at_rest(handle)):
         return f"The control of handle '{handle.name}' was scaled to nothing. Choose it again once it has a size"
     if _hangs_on(control, obj):
-        return (
-            f"The control of handle '{handle.name}' hangs on vertices of '{obj.name}' itself, so it would move with "
-            "what it moves. Parent it to the object instead, or remove the constraint"
-        )
+        return f"The control of '{handle.name}' hangs on vertices of '{obj.name}' itself. Parent it to the object"
     return None
 
 
@@ -45,21 +42,12 @@ def why_it_is_missing(obj, handle):
     """Why Update has to make a control for `handle`, or to put it back, in words, or None."""
     control = handle.control
     if control is None:
-        return (
-            f"Handle '{handle.name}' has no control. Press Update, choose an object or a bone for it, or "
-            "remove the handle"
-        )
+        return f"Handle '{handle.name}' has no control. Press Update, choose one, or remove the handle"
     if not _is_in_a_collection(control):
-        return (
-            f"The control of handle '{handle.name}' was deleted, or is in no collection. Press Update, choose another "
-            "one for it, or remove the handle"
-        )
+        return f"The control of handle '{handle.name}' is in no collection. Press Update, or choose another one"
     owner = obj if control.parent == obj else owner_of(control)
     if owner not in {None, obj}:
-        return (
-            f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to give "
-            f"'{obj.name}' controls of its own"
-        )
+        return f"The control of handle '{handle.name}' belongs to '{owner.name}'. Press Update to have another one"
     return None
 
 
@@ -69,10 +57,7 @@ def stillness(obj, handles):
     still = [each.name for each in handles if each.control != rig and not views.is_evaluated(each.control)]
     if not still or not views.is_evaluated(obj):
         return None
-    return (
-        f"{wording.quoted(still)} {'stays' if len(still) == 1 else 'stay'} in place: Blender moves no control that is "
-        f"disabled or excluded. {views.ENABLE}"
-    )
+    return f"Blender moves no control that is disabled or excluded: {wording.quoted(still)}. {views.ENABLE}"
 
 
 def none_to_move(obj):

@@ -55,8 +55,6 @@ def gather(obj, rest, weights):
     masks = {key.group: weights[key.group] for key in used if key.group in weights}
     found = KeyShapes(sliders=used, rest=rest, points=points, masks=masks).with_effect()
     if not found.names:
-        missing = f"'{obj.name}' has no shape key that shows how it bends. Add one in which it is bent, and unmute it"
-        if like == ids.LIKE_RIG:
-            missing = f"No poses of the rig of '{obj.name}' are sampled. Press Sample Rig Poses"
-        raise SceneError(f"{missing}, or choose Nothing in Advanced > Pose Like")
+        remedy = "Press Sample Rig Poses" if like == ids.LIKE_RIG else "Add one in which it is bent, and unmute it"
+        raise SceneError(f"There is no shape key that shows how it bends. {remedy}, or choose Nothing in Pose Like")
     return found

@@ -52,10 +52,7 @@ class Grip:
         _require_can_be_posed(obj)
         if self.is_new:
             if np.count_nonzero(region.Surface(obj, [vertex]).falloff(0.0)) < 2:  # at least the next edges do follow
-                raise SceneError(
-                    f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face, or fill the "
-                    "mesh with faces (Edit Mode, F)"
-                )
+                raise SceneError(f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face")
             rig_space.measure(obj)  # throws before anything is changed
             vertices = new_handles.near_vertices(obj, vertex, size)
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
@@ -148,10 +145,7 @@ class Grip:
 
     def notes(self, obj):
         if self.is_new and not self.has_size:
-            yield (
-                "No region is set, so all that is not held follows, whatever Size says. Press Grow Region from Handle "
-                "to have less follow"
-            )
+            yield "No region is set, so all that is not held follows. Press Grow Region from Handle to have less follow"
         for kind in self._before.others:
             yield f"{kind.LABEL} was turned off: handles and it take turns"
 
@@ -242,9 +236,7 @@ def _why_it_waits(obj):
 
 def _require_control(obj, handle):
     if handle.follows == 'REST':
-        raise SceneError(
-            f"'{handle.name}' is pinned here, so it stays. Shift-click it to let go, or press where nothing is pinned"
-        )
+        raise SceneError(f"'{handle.name}' is pinned here. Shift-click it to let go, or press where nothing is pinned")
     problem = controls.problem(obj, handle) or controls.stillness(obj, [handle])
     if problem is None and handle.control.library is not None:
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"

@@ -92,10 +92,7 @@ def toggle_pin(obj, vertex, size, name=""):
 def _let_go(obj, index):
     handle = obj.meanvalue.handles[index]
     if handle.follows != 'REST' and not handle.is_pin:
-        raise SceneError(
-            f"'{handle.name}' is a handle: drag it, or leave it where it is, since it holds the mesh like a pin. To "
-            "remove it, click it in the list and press -"
-        )
+        raise SceneError(f"'{handle.name}' is a handle, which holds like a pin. To remove it, press - in the list")
     name = handle.name
     controls.remove_handle(obj, index)
     return f"Pin '{name}' is let go"

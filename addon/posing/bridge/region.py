@@ -28,10 +28,7 @@ def require_own_group(obj):
     """@throws SceneError if the region is the vertex group of a handle, which writing to the region would change."""
     name = obj.meanvalue.roi_group
     if any(handle.name == name and not handle.mark for handle in obj.meanvalue.handles):
-        raise SceneError(
-            f"The region '{name}' is the vertex group of a handle too, which would be changed. Choose another group in "
-            "Region, or clear the field to have one made"
-        )
+        raise SceneError(f"The region '{name}' is the vertex group of a handle too. Choose another, or clear the field")
 
 
 def ensure_group(obj):

@@ -8,6 +8,7 @@ from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import frames, key_marks, rig_space, shape_keys
 from ...scene.core import fixed_points, sample_times
+from ...scene.core.finite import require_finite
 from ...scene.key_marks import Role
 from ..core import far_poses
 
@@ -46,10 +47,7 @@ class RigPoses:
         chosen = self._times[far_poses.differing(self._rest[rows], np.array(poses), self._most, least)]
         if not len(chosen):
             first, last = (sample_times.named(self._times[row]) for row in (0, -1))
-            raise SceneError(
-                f"'{find().name}' keeps its shape from frame {first} to {last}, so there is no pose to sample. Animate "
-                "its rig within the range of the scene"
-            )
+            raise SceneError(f"'{find().name}' keeps its shape from frame {first} to {last}. Animate its rig there")
         shapes = yield from frames.visit(scene, chosen, lambda: self._seen(find()).astype(np.float32))
         self._found = list(zip(chosen, shapes, strict=True))
 
@@ -62,11 +60,7 @@ class RigPoses:
                 f"{rig_space.named(obj)} shows {len(shape):,} vertices of {len(self._rest):,}. Turn off in the "
                 "viewport what makes or merges vertices, and sample again"
             )
-        if not np.isfinite(shape).all():
-            raise SceneError(
-                f"{rig_space.named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset "
-                "what moves them there"
-            )
+        require_finite(shape, f"mesh behind {rig_space.named(obj)}")
         return shape
 
     def work(self, _execution):

@@ -172,7 +172,4 @@ def _require_members(handles, held, region_name, freedom):
         why = "left. Remove it" if empty.mark else "with a weight above zero. Assign some, or remove it"
         raise SceneError(f"Handle '{empty.name}' has no vertices {why}")
     if region_name and not (freedom > 0.0).any():
-        raise SceneError(
-            f"The region is empty: by '{region_name}' no vertex may move. Assign the vertices that may, choose another "
-            "group, or clear the field"
-        )
+        raise SceneError(f"The region is empty. Assign what may move to '{region_name}', or clear the field")

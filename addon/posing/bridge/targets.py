@@ -58,10 +58,7 @@ def handles_problem(obj):
         if found:
             return found
     if all(handle.follows == 'REST' for handle in handles):
-        return (
-            "Only pins hold the mesh, so nothing is posed. Add a handle or grab the mesh, or move vertices of the pins "
-            "in a shape key and choose Solve from Shape Key"
-        )
+        return "Only pins hold the mesh, so nothing is posed. Add a handle, or press on the mesh with Grab and drag"
     return None
 
 
@@ -121,7 +118,8 @@ def positions(obj, bind_input, space, known=None):
             seen = space.seen[bind_input.anchors[members]]
             placed[members] = motion.apply(transform @ move @ np.linalg.inv(transform), seen)
             is_moved |= members
-        _require_numbers(handle, placed[members])
+        if not np.isfinite(placed[members]).all():  # or they would be other targets whenever they are looked at
+            raise SceneError(f"The control of handle '{handle.name}' is at no numbers. Reset its transform")
         moves.append((handle.name, move, members))
     if is_moved.any():
         placed[is_moved] = _in_key(obj, bind_input, space, is_moved, placed[is_moved])
@@ -164,18 +162,9 @@ def _require_depth(obj, bind_input, space, is_moved):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             raise SceneError(
-                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{handle.name}' flat, so no shape "
-                f"key can move {'it' if flat == 1 else 'them'} to where the control is. Give the bones there a size, "
-                "or turn the handle off"
+                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{handle.name}' flat, where no "
+                "shape key can move them. Give the bones there a size, or turn the handle off"
             )
-
-
-def _require_numbers(handle, points):
-    """Or they would be other targets whenever they are looked at."""
-    if not np.isfinite(points).all():
-        raise SceneError(
-            f"The control of handle '{handle.name}' is at a place that is not a number. Reset its transform"
-        )
 
 
 def _weights(obj, bind_input):

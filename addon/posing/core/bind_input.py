@@ -130,7 +130,7 @@ class BindInput:
         if len(vertices):
             found.append(
                 f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')} lie nearly in the place of "
-                f"others, and the surface comes apart there. Set Advanced > Merge Distance to {distance:g}"
+                f"others. Set Advanced > Merge Distance to {distance:g}"
             )
         far = float(np.abs(self.rest).max(initial=0.0))
         if motion.NOISE * far > FAR * self.diagonal:
@@ -147,16 +147,12 @@ class BindInput:
         require_finite(self.rest, "rest shape")
         outside = np.count_nonzero(~self.hard_anchors & ~self.roi[self.anchors])
         if outside:
-            raise SceneError(
-                f"{wording.vertices(outside)} of soft handles lie outside the region, where nothing gives way. Take "
-                "them into the region, or turn Soft off"
-            )
+            raise SceneError(f"{wording.vertices(outside)} of soft handles lie outside the region. Turn Soft off")
         held = self.solver_mesh.held_rest
         if self.free.any() and not fixed_points.span_a_plane(held):
             raise SceneError(
-                f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least "
-                "three that are not in one line (handles, pins and vertices outside the region count). "
-                "Pin more vertices, or choose a region that leaves some vertices out"
+                f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least three that are "
+                "not in one line. Pin more vertices, or choose a region that leaves some out"
             )
 
 

@@ -27,8 +27,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     )
     group: bpy.props.StringProperty(
         name="Vertex Group",
-        description="Vertex group to use. If empty: the selected vertices in Edit Mode; scripts get the active group "
-        "in Object Mode",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode, else the active group",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
@@ -43,8 +42,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     )
     size: bpy.props.FloatProperty(
         name="Size",
-        description="How far the surroundings follow, as a share of the mesh's size, less the farther they are. The "
-        "region gets them; at 0 it stays as it is",
+        description="How far the surroundings follow, as a share of the mesh's size. At 0 the region stays as it is",
         default=0.0,
         min=0.0,
         soft_max=1.0,
@@ -141,9 +139,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         name = self.group or vertex_groups.active_name(obj)
         vertex_groups.require(obj, name, "to be used", "Choose one that it has")
         if name in obj.meanvalue.handles:
-            raise SceneError(
-                f"Vertex group '{name}' is on the list already. Select vertices in Edit Mode, or choose another group"
-            )
+            raise SceneError(f"Vertex group '{name}' is on the list already. Choose another group")
         vertices = vertex_groups.members(obj, [name])[name]
         if len(vertices) == 0:
             raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")

@@ -32,12 +32,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         ),
         default='SHAPE_KEY',
     )
-    name: bpy.props.StringProperty(
-        name="Name",
-        description="Name of the shape key. If empty: that of the part that is posed",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
-    )
 
     @classmethod
     def problem(cls, obj):
@@ -71,8 +65,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
         obj.meanvalue.live = False
         if is_posed and self.keep == 'SHAPE_KEY':
-            given = self.name.strip() or ("" if key.name == ids.DEFAULT_RESULT_KEY else key.name)
-            key.name = given or pose_names.of(obj, shape - rest)
+            if key.name == ids.DEFAULT_RESULT_KEY:
+                key.name = pose_names.of(obj, shape - rest)
             key.slider_min = key_marks.mark(Role.KEPT, key.name)
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, pose_key.names(obj))
@@ -88,10 +82,7 @@ def _posed_by_another(obj):
         theirs = other.meanvalue
         is_posed = any(handle.follows != 'REST' for handle in theirs.handles)
         if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
-            return (
-                f"'{other.name}' poses the same mesh by handles of its own. Remove those, or give '{obj.name}' its own "
-                "mesh (Object > Relations > Make Single User > Object & Data)"
-            )
+            return f"'{other.name}' poses the same mesh by its own handles. Remove those, or make it a single user"
     return None
 
 

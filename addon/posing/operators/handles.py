@@ -85,10 +85,7 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         obj.update_tag()
         bpy.context.view_layer.update()
         if held:
-            notes.append(
-                f"{wording.quoted(held)} not at rest: something else moves the control, such as a posed parent or a "
-                "constraint. Reset that too"
-            )
+            notes.append(f"{wording.quoted(held)} not at rest: a posed parent or a constraint moves it. Reset that too")
         moved = [handle.name for handle in usable if actions.is_animated(handle.control)]
         if moved:
             notes.append(f"The animation of {wording.quoted(moved)} moves it again at the next change of frame")

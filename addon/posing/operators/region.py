@@ -22,8 +22,7 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
 
     distance: bpy.props.FloatProperty(
         name="Distance",
-        description="How far it reaches over the surface of the rest shape, in the object's own units, before its "
-        "scale. If it was never given, a fifth of the mesh's size",
+        description="How far it reaches over the rest shape, in the object's units; at first a fifth of its size",
         default=1.0,
         min=0.0,
         subtype='DISTANCE',

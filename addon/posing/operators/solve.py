@@ -105,9 +105,7 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     def problem(cls, obj):
         problem = super().problem(obj) or scene_input.unheld_problem(obj)
         if problem is None and obj.data.shape_keys is None:
-            problem = (
-                "There are no shape keys. Add one, move the vertices of handles in it, in Edit Mode, and choose it"
-            )
+            problem = "There are no shape keys. Add one, and move the vertices of handles in it, in Edit Mode"
         return problem or shape_keys.result_problem(obj)
 
     def prepare(self, obj):
@@ -130,10 +128,7 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
 def _active_key(obj):
     active, keys = obj.active_shape_key, obj.data.shape_keys
     if active is None or active == keys.reference_key:
-        raise SceneError(
-            "The active shape key is the rest shape, or there is none, so nothing is posed. Add a shape key, move the "
-            "vertices of handles in it, in Edit Mode, and choose it"
-        )
+        raise SceneError("The active shape key is the rest shape. Choose one in which vertices of handles were moved")
     return active.name
 
 

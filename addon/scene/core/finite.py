@@ -12,6 +12,6 @@ def require_finite(positions, what):
     broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(broken):
         raise SceneError(
-            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) with coordinates that are not "
-            "numbers. Move or delete what has them"
+            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) at places that are not numbers. "
+            "Move or delete them"
         )

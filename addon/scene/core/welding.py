@@ -143,9 +143,8 @@ def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
     collapsed = float((lengths <= merge_distance).mean()) if len(lengths) else 0.0
     if collapsed > MOST_COLLAPSED:
         raise SceneError(
-            f"The Merge Distance {merge_distance:g} is longer than edges of the mesh, and would merge "
-            f"{wording.share(collapsed)} of its edges to points. Choose {harmless(lengths):g} or less (Advanced > "
-            "Solver)"
+            f"The Merge Distance {merge_distance:g} would merge {wording.share(collapsed)} of the mesh's edges to "
+            f"points. Choose {harmless(lengths):g} or less in Advanced"
         )
 
 

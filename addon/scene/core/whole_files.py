@@ -92,14 +92,11 @@ def remove_abandoned(path):
 
 def _explanation(path, error):
     if error.errno in _FULL:
-        return (
-            f"The disk is full: '{path.name}' does not fit into {path.parent}. Make room or choose another path, and "
-            "bake again: it goes on from what is done"
-        )
+        return f"The disk is full: '{path.name}' does not fit into {path.parent}. Make room and bake again, to go on"
     if error.errno in _PROTECTED:
         return (
-            f"'{path.name}' may not be written to {path.parent} ({error.strerror}): it is protected, or another "
-            "program has it open. Close that program, or choose another path"
+            f"'{path.name}' may not be written to {path.parent} ({error.strerror}), or another program has it open. "
+            "Close that, or choose another path"
         )
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         return f"'{path}' cannot be reached ({error.strerror}). Choose another path, or connect the drive"

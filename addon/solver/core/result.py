@@ -38,16 +38,15 @@ def torn_notes(bind_input, targets):
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
         yield (
-            f"{wording.vertices(torn)} of moved handles outside the region: the vertices around stay in place, which "
-            "tears the surface there. Take the surroundings into the region"
+            f"{wording.vertices(torn)} of moved handles outside the region, where nothing follows. Take the "
+            "surroundings into the region"
         )
     missed = np.abs(bind_input.solver_mesh.met(targets) - targets).max(axis=1, initial=0.0)
     kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
         yield (
-            f"Mirroring or a joined seam keeps {wording.vertices(kept_back)} from where the handle is: a handle "
-            "across the mirror plane goes along it and turns in it, and of two handles on mirrored or merged places "
-            "the upper one in the list leads, or one that is not soft"
+            f"Mirroring or a joined seam keeps {wording.vertices(kept_back)} from where the handle is: it goes along "
+            "the plane, and of two handles in one place a hard one leads, then the upper one"
         )
 
 
@@ -76,7 +75,4 @@ def nothing_is_held(report):
 def solve_notes(solution):
     """A sentence on what is unusual about a native solution."""
     if not solution.converged:
-        yield (
-            f"It stopped before it had converged ({solution.stop_reason}): look at the shape, and try targets that are "
-            "closer to the rest shape"
-        )
+        yield f"It stopped before it had converged ({solution.stop_reason}). Look at the shape, or move handles less"
