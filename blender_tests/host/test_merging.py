@@ -105,7 +105,7 @@ def test_a_merge_distance_longer_than_edges_is_refused_and_one_that_does_is_name
     triangles = np.stack([one, two, three, one, three, four], axis=2).reshape(-1, 3).astype(np.int32)
     # an open seam, which is closed with what is named
     vertices = np.concatenate([vertices, vertices[side // 2 :: side] + 1e-5])
-    told = r"Merge Distance 0\.00\d is longer than edges .* \d+\.\d% .* Choose \S+ or less"
+    told = r"Merge Distance 0\.00\d would merge \d+\.\d% .* Choose \S+ or less"
     with pytest.raises(SceneError, match=told) as refused:
         refuse(vertices, triangles, share)
     named = float(str(refused.value).split("Choose ")[1].split()[0])
