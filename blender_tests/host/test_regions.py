@@ -173,6 +173,10 @@ def test_ways_over_damaged_meshes_are_refused_or_end():
     broken[40] = np.nan, np.inf, 0.0
     _, ways = surface_ways((broken, faces), (points, faces), gap=0.02)
     assert np.isfinite(ways.distances([0], 0.5)).sum() > 50 and np.isfinite(ways.limb(0, 0.0, 3.0))
+    point = meanvalue.SurfaceWays(np.zeros((3, 3)), [(0, 1), (1, 2)], NO_FACES)
+    assert point.limb(0, 0.0, 0.0) == 0.0 and point.falloff([0], 0.0).tolist() == [1.0, 1.0, 1.0]
+    beside, weights, _ = meanvalue.Surface(points, faces).nearest([[np.nan, 0.0, 0.0], [1e200, 0.0, 0.0]])
+    assert beside.tolist() == [-1, -1] and not weights.any()
     for edges, triangles, seeds in ([[(0, 976)], faces, [0]], [[(0, 1)], faces + 1, [0]], [[(0, 1)], faces, [-1]]):
         with pytest.raises(meanvalue.InvalidInput, match="vertices"):
             meanvalue.SurfaceWays(points, edges, triangles).distances(seeds, 1.0)

@@ -71,10 +71,6 @@ struct Surface {
 std::unique_ptr<Surface> make_surface(const py::object& vertices, const py::object& faces) {
     Positions positions = PositionsArray(vertices, "vertices").view();
     Triangles triangles = as_triangles(faces, "faces");
-    if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= positions.rows())) {
-        throw ::meanvalue::InvalidInput(
-            message("a triangle has a corner that is none of the ", positions.rows(), " vertices"));
-    }
     const py::gil_scoped_release released;
     return std::make_unique<Surface>(std::move(positions), std::move(triangles));
 }

@@ -28,6 +28,8 @@ Outcome bind_and_solve(Bytes bytes);
 Outcome morph(Bytes bytes);
 /// A clip of a few frames on one Deformer. @throws as bind_and_solve().
 Outcome sequence(Bytes bytes);
+/// Ways over a surface, and the nearest places on it. @throws as bind_and_solve().
+Outcome surface(Bytes bytes);
 
 /// Runs `action`, whose errors by name become an outcome.
 template <typename Action>

@@ -77,6 +77,11 @@ TEST(Fuzz, MorphsEndInAResultOrAnErrorOfOurs) {
     expect_both(outcomes(&fuzz::morph, runs), runs);
 }
 
+TEST(Fuzz, SurfacesEndInAResultOrAnErrorOfOurs) {
+    const int runs = wanted_runs(400);
+    expect_both(outcomes(&fuzz::surface, runs), runs);
+}
+
 TEST(Fuzz, SequencesEndInAResultOrAnErrorOfOurs) {
     const int runs = wanted_runs(200);
     expect_both(outcomes(&fuzz::sequence, runs), runs);

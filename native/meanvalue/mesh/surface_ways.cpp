@@ -26,9 +26,13 @@ constexpr double kNearEdge = 0.5;
 /// What is free reaches over so many edges at least.
 constexpr double kLeastEdges = 2.5;
 
+/// An edge is looked at in so many places at most, however small the gap is.
+constexpr double kMostPlaces = 1024.0;
+
 /// Lines of equal distance are looked at from this share of the limit on, and from so many times the longest edge at
 /// the vertex; each is so much farther than the one before.
 constexpr double kFirstLevel = 0.02, kFirstEdges = 2.0, kLevelStep = 1.06;
+constexpr std::size_t kMostLevels = 100;  // more than there are, but for limits near 0
 
 /// A limb is so many times as long as its widest ring, which is measured from its middle. Where this has become as
 /// much less as kLost, it was a limb that ended where it began to be less than kKept: thighs grow wide slowly.
@@ -109,7 +113,8 @@ void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles,
             const auto [a, b] = edges[e];
             const Vector3 from = positions_.row(a);
             const Vector3 along = Vector3(positions_.row(b)) - from;
-            const double places = gap > 0.0 ? std::ceil(along.norm() / (2.0 * gap)) : 0.0;
+            const bool is_long = gap > 0.0 && along.norm() > 2.0 * gap && along.allFinite();
+            const double places = is_long ? std::min(kMostPlaces, std::ceil(along.norm() / (2.0 * gap))) : 0.0;
             for (double k = 1.0; k < places; ++k)
                 look(found[before + piece], {a, b}, from + k / places * along, gap);
         }
@@ -196,7 +201,8 @@ std::vector<double> SurfaceWays::falloff(const std::vector<Index>& seeds, double
     }
     std::vector<double> weights = distances(seeds, limit);
     for (double& each : weights) {
-        const double t = std::clamp((limit - each) / ((1.0 - free) * limit), 0.0, 1.0);
+        // In this order what is no number, as 0 / 0, is 1.
+        const double t = std::max(0.0, std::min(1.0, (limit - each) / ((1.0 - free) * limit)));
         each = t * t * (3.0 - 2.0 * t);
     }
     return weights;
@@ -211,7 +217,8 @@ void SurfaceWays::require_vertices(const std::vector<Index>& seeds) const {
 }
 
 double SurfaceWays::limb(Index vertex, double least, double limit) const {
-    for (double within = limit / 8.0; within <= limit; within *= 2.0) {
+    for (const double share : {0.125, 0.25, 0.5, 1.0}) {
+        const double within = share * limit;
         const double found = limb_within(vertex, reach({vertex}, within), least, within);
         if (found > 0.0) return found;
     }
@@ -225,7 +232,7 @@ double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distanc
         first = std::max(first, kFirstEdges * (positions_.row(neighbours_[k]) - positions_.row(vertex)).norm());
     }
     std::vector<double> levels;
-    for (double level = first; level < limit; level *= kLevelStep)
+    for (double level = first; level < limit && levels.size() < kMostLevels; level *= kLevelStep)
         levels.push_back(level);
     std::vector<std::vector<std::pair<Index, Index>>> crossed(levels.size());  // edges, from the near end to the far
     for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <tuple>
 #include <utility>
+
+#include "meanvalue/common/errors.h"
 
 namespace meanvalue {
 namespace {
@@ -26,8 +29,8 @@ Vector3 nearest_on(const Vector3& a, const Vector3& b, const Vector3& c, const V
         return normal.dot((to - from).cross(point - from));
     };
     const Vector3 areas(area(b, c), area(c, a), area(a, b));
-    if (normal.squaredNorm() > 0.0 && areas.minCoeff() >= 0.0) return areas / areas.sum();
-    Vector3 best;
+    if (areas.minCoeff() >= 0.0 && areas.sum() > 0.0 && std::isfinite(areas.sum())) return areas / areas.sum();
+    Vector3 best(1.0, 0.0, 0.0);
     double least = std::numeric_limits<double>::infinity();
     const std::array<const Vector3*, 3> corners = {&a, &b, &c};
     for (int side = 0; side < 3; ++side) {
@@ -50,6 +53,9 @@ Vector3 nearest_on(const Vector3& a, const Vector3& b, const Vector3& c, const V
 TriangleTree::TriangleTree(const PositionsView& positions, Triangles triangles, const std::vector<Index>& part_of,
                            const Execution& execution)
     : positions_(positions), triangles_(std::move(triangles)), part_of_(part_of) {
+    if (triangles_.size() > 0 && (triangles_.minCoeff() < 0 || triangles_.maxCoeff() >= positions.rows())) {
+        throw InvalidInput(message("a triangle has a corner that is none of the ", positions.rows(), " vertices"));
+    }
     for (Index t = 0; t < triangles_.rows(); ++t) {
         const auto corner = triangles_.row(t);
         if ((positions.row(corner[0]) + positions.row(corner[1]) + positions.row(corner[2])).allFinite()) {
@@ -94,7 +100,7 @@ Index TriangleTree::add_box(Index begin, Index end, const Execution& execution) 
 
 TriangleTree::Place TriangleTree::nearest(const Query& query, double reach) const {
     Place found;
-    double least = reach * reach;
+    double least = std::min(reach * reach, std::numeric_limits<double>::max());
     if (!boxes_.empty()) search(0, query, least, found);
     return found;
 }
@@ -104,7 +110,7 @@ void TriangleTree::search(Index number, const Query& query, double& least, Place
     const auto apart = [&](const Box& other) {
         return (query.point - query.point.cwiseMax(other.low).cwiseMin(other.high)).squaredNorm();
     };
-    if (box.part == query.part || apart(box) > least) return;
+    if (box.part == query.part || !(apart(box) <= least)) return;
     if (box.second >= 0) {
         const bool is_first = apart(boxes_[number + 1]) <= apart(boxes_[box.second]);
         search(is_first ? number + 1 : box.second, query, least, found);
@@ -124,7 +130,7 @@ void TriangleTree::search(Index number, const Query& query, double& least, Place
         const Vector3 weights = nearest_on(a, b, c, query.point);
         const Vector3 place = a * weights[0] + b * weights[1] + c * weights[2];
         const double square = (place - query.point).squaredNorm();
-        if (square > least || (square == least && found.triangle >= 0 && order_[k] > found.triangle)) continue;
+        if (!(square <= least) || (square == least && found.triangle >= 0 && order_[k] > found.triangle)) continue;
         least = square;
         found = {order_[k], weights, place};
     }

@@ -28,7 +28,8 @@ class TriangleTree {
     static constexpr Index kNoPart = -2;
 
     /// @param positions n x 3, @param part_of n: the piece of each vertex; both must outlive the tree. Triangles with
-    /// a corner that is not finite are left out. @throws Cancelled. Cost: n log n.
+    /// a corner that is not finite are left out. @throws InvalidInput for corners that are no vertex, Cancelled.
+    /// Cost: n log n.
     TriangleTree(const PositionsView& positions, Triangles triangles, const std::vector<Index>& part_of,
                  const Execution& execution);
 
