@@ -7,23 +7,6 @@
 namespace meanvalue::fuzz {
 namespace {
 
-Positions read_other_shape(Bytes& bytes, const Mesh& mesh) {
-    Positions shape = mesh.vertices;
-    if (bytes.once_in(4)) {
-        const double turned = -1.0 + bytes.below(3);
-        shape.col(0) = turned * mesh.vertices.col(1);
-        shape.col(1) = -mesh.vertices.col(0);
-    }
-    const double reach =
-        bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(9) - 4 : -1);
-    for (int moved = bytes.below(20); moved > 0 && mesh.vertex_count() > 0; --moved) {
-        const Index v = bytes.below(mesh.vertex_count());
-        shape(v, bytes.below(3)) += reach * bytes.number();
-    }
-    if (bytes.once_in(64)) shape.conservativeResize(bytes.below(6), 3);
-    return shape;
-}
-
 std::vector<double> read_shares(Bytes& bytes, std::size_t shape_count, Index vertex_count) {
     std::vector<double> weights;
     const std::size_t count = shape_count * (bytes.once_in(4) ? vertex_count : 1) + (bytes.once_in(64) ? 1 : 0);

@@ -115,6 +115,23 @@ Mesh read_mesh(Bytes& bytes) {
     return mesh;
 }
 
+Positions read_other_shape(Bytes& bytes, const Mesh& mesh) {
+    Positions shape = mesh.vertices;
+    if (bytes.once_in(4)) {
+        const double turned = -1.0 + bytes.below(3);
+        shape.col(0) = turned * mesh.vertices.col(1);
+        shape.col(1) = -mesh.vertices.col(0);
+    }
+    const double reach =
+        bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(9) - 4 : -1);
+    for (int moved = bytes.below(20); moved > 0 && mesh.vertex_count() > 0; --moved) {
+        const Index v = bytes.below(mesh.vertex_count());
+        shape(v, bytes.below(3)) += reach * bytes.number();
+    }
+    if (bytes.once_in(64)) shape.conservativeResize(bytes.below(6), 3);
+    return shape;
+}
+
 Positions read_targets(Bytes& bytes, const Mesh& mesh, const std::vector<Index>& anchors) {
     Positions targets(static_cast<Eigen::Index>(anchors.size()), 3);
     const double reach =
@@ -190,7 +207,10 @@ Binding read_binding(Bytes& bytes, const Mesh& mesh) {
         for (char& flag : *binding.roi)
             flag = bytes.once_in(4) ? 0 : 1;
     }
-    if (bytes.once_in(2)) binding.loose = LooseRule::kFollow;
+    const std::uint8_t kind = bytes.byte();
+    if (kind % 2 == 1) binding.loose = LooseRule::kFollow;
+    for (Index more = kind % 8 == 0 || kind % 16 == 15 ? 1 + bytes.below(3) : 0; more > 0; --more)
+        binding.examples.push_back(share(read_other_shape(bytes, mesh), "example"));
     return binding;
 }
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/deform/example_input.h"
@@ -101,6 +103,35 @@ TEST(Examples, BindingAgainIsBindingAtFirst) {
     fresh.anchors = again.anchors;
     const Positions targets = bent_tube(limb.tube, 0.9, 0.5)(fresh.anchors, Eigen::all);
     EXPECT_EQ(second.solve(targets).vertices, Deformer(fresh).solve(targets).vertices);
+}
+
+TEST(Examples, WhereNothingIsFreeTheRestShapeCountsAll) {
+    const Limb limb;
+    const Positions bent = bent_tube(limb.tube, 0.4, 0.5);
+    Binding anchored = limb.binding({1.5});
+    anchored.anchors.resize(limb.tube.vertex_count());
+    std::iota(anchored.anchors.begin(), anchored.anchors.end(), 0);
+    EXPECT_EQ(Deformer(anchored).solve(bent).vertices, bent);
+    Binding outside = limb.binding({1.5});
+    outside.roi.emplace(limb.tube.vertex_count(), char{0});
+    const Solution solution = Deformer(outside).solve(limb.targets(0.0));
+    EXPECT_EQ(solution.vertices, limb.tube.vertices);
+    EXPECT_EQ(solution.example_weights.size(), 2u * limb.tube.vertex_count());
+    Binding without_anchors = limb.binding({1.5});
+    without_anchors.anchors.clear();
+    EXPECT_EQ(Deformer(without_anchors).solve(Positions(0, 3)).vertices, limb.tube.vertices);
+    Binding empty(Positions(0, 3), Triangles(0, 3), {});
+    empty.examples.push_back(share(Positions(0, 3), "example"));
+    EXPECT_THROW(Deformer{empty}, InvalidInput);
+}
+
+TEST(Examples, BindingAgainToOthersIsRefused) {
+    const Limb limb;
+    const Deformer first(limb.binding({1.5}));
+    Execution execution;
+    for (const std::vector<double>& angles : {std::vector<double>{}, {0.4}, {1.5, 0.4}})
+        EXPECT_THROW(Deformer(limb.binding(angles), execution, &first), InvalidInput);
+    EXPECT_NO_THROW(Deformer(limb.binding({1.5}), execution, &first));
 }
 
 TEST(Examples, FoldedCellsGiveFiniteShapes) {

@@ -71,7 +71,9 @@ bool is_same_array(const std::shared_ptr<const Array>& a, const std::shared_ptr<
 
 bool is_same_mesh(const Binding& binding, const RestMesh& mesh) {
     return is_same_array(binding.vertices, mesh.vertices) && is_same_array(binding.faces, mesh.faces) &&
-           binding.roi == mesh.roi;
+           binding.roi == mesh.roi &&
+           std::equal(binding.examples.begin(), binding.examples.end(), mesh.examples.begin(), mesh.examples.end(),
+                      is_same_array<Positions>);
 }
 
 template <typename T>
@@ -96,8 +98,9 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     pin_eigen_cache_sizes();
     if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_))) {
         throw InvalidInput(
-            "binding again is to another mesh, region or method than before; begin with binding_again(), or bind "
-            "without an earlier one");
+            "binding again is to another mesh, region, method or examples than before; begin with binding_again(), "
+            "or "
+            "bind without an earlier one");
     }
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     mesh_ = earlier != nullptr ? earlier->mesh_ : checked_mesh(binding);

@@ -29,8 +29,8 @@ struct RestMesh {
 class BoundMesh {
   public:
     /// @param earlier a mesh bound before, or nullptr: what does not depend on the anchors is shared with it, and the
-    /// rest found along it where that is quicker. The bits are the same. @pre `binding` is of its mesh, region and
-    /// method, as its binding_again() is; else InvalidInput.
+    /// rest found along it where that is quicker. The bits are the same. @pre `binding` is of its mesh, region,
+    /// method and examples, as its binding_again() is; else InvalidInput.
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
     /// anchor named twice, rings that are too long (require_short_rings()), ...),
     ///         SolverFailure, Cancelled.
@@ -47,8 +47,8 @@ class BoundMesh {
     double default_tolerance() const { return default_tolerance_; }
     const std::vector<Index>& anchors() const { return anchors_; }
     const Positions& rest() const { return *mesh_->vertices; }  ///< n x 3
-    /// Mesh, region of influence, method, threads, instructions and what becomes of loose parts of this one; anchors
-    /// and what belongs to them are to be given.
+    /// Mesh, region of influence, method, examples, threads, instructions and what becomes of loose parts of this
+    /// one; anchors and what belongs to them are to be given.
     Binding binding_again() const;
 
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is

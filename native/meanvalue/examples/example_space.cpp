@@ -104,6 +104,7 @@ void ExampleSpace::measure_encoding(std::size_t example, Index vertex, RingEncod
 
 void ExampleSpace::factorise(const Execution& execution) {
     const Eigen::Index size = Eigen::Index{functions_.count()} * count_;
+    if (size == 0) return;
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
     Eigen::MatrixXd overlap = Eigen::MatrixXd::Zero(functions_.count(), functions_.count());
     Eigen::MatrixXd of_vertex(count_, count_);
@@ -125,7 +126,7 @@ void ExampleSpace::factorise(const Execution& execution) {
             }
         }
     }
-    const double scale = size > 0 ? normal.diagonal().mean() : 0.0;
+    const double scale = normal.diagonal().mean();
     const Eigen::VectorXd degrees = overlap.rowwise().sum();
     const double mean_degree = degrees.mean();
     for (Index a = 0; a < functions_.count(); ++a) {
@@ -141,6 +142,7 @@ void ExampleSpace::factorise(const Execution& execution) {
 
 ExampleWeights ExampleSpace::fit(const PositionsView& shape, int threads, const Execution& execution) const {
     const auto count = static_cast<Index>(sample_.size());
+    if (functions_.count() == 0) return ExampleWeights(0, count_);
     Eigen::MatrixXd pulls(count_, count);  // of each sampled vertex
     parallel_for(count, threads, execution, [&](Index begin, Index end) {
         std::vector<Vector3> edges;

@@ -53,6 +53,8 @@ std::vector<double> distances_from(Index source, const Encoding& layout, const P
 SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& positions,
                                    const Execution& execution) {
     const auto vertex_count = static_cast<std::size_t>(positions.rows());
+    start_.push_back(0);
+    if (vertex_count == 0) return;
     const Eigen::RowVector3d centroid = mean_row(positions).transpose();
     std::vector<double> nearest(vertex_count);
     for (std::size_t v = 0; v < vertex_count; ++v)
@@ -80,7 +82,6 @@ SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& 
     const double farthest = *std::max_element(nearest.begin(), nearest.end());
     const double mean = count_ > 1 ? sum / static_cast<double>(vertex_count) : 0.0;
     const double reach = std::max(kReach * mean, kReachOverFarthest * farthest);
-    start_.push_back(0);
     for (std::size_t v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
         double total = 0.0;

@@ -5,6 +5,7 @@
 namespace meanvalue {
 
 double signed_volume(const PositionsView& positions, const TrianglesView& faces) {
+    if (positions.rows() == 0) return 0.0;
     const Vector3 origin = positions.row(0);
     double sum = 0.0;
     for (Index f = 0; f < faces.rows(); ++f) {
