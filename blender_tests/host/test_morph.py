@@ -223,6 +223,17 @@ def test_weights_that_say_nothing_are_refused(three, weights, words):
     assert morpher.solve([1, 0, 0]).converged
 
 
+def test_what_has_no_finite_shape_is_refused():
+    vertices, faces = tube(400)
+    shapes = vertices, 1000.0 * vertices
+    with pytest.raises(meanvalue.InvalidInput, match="far outside 0 to 1"):
+        meanvalue.Morpher(shapes, faces).solve([-490.0, 491.0])
+    with pytest.raises(meanvalue.InvalidInput, match="far outside 0 to 1"):
+        meanvalue.baselines.poisson_morph(*shapes, faces, 1e308)
+    with pytest.raises(meanvalue.InvalidInput, match="None"):
+        meanvalue.blend([meanvalue.encode(vertices, faces), None], [0.5, 0.5])
+
+
 @pytest.mark.parametrize(
     ("parts", "words"),
     [

@@ -92,6 +92,9 @@ Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weig
 
 Encoding blend_encodings(const std::vector<std::shared_ptr<Encoding>>& encodings, const py::object& weights,
                          int threads, const SharedExecution& execution) {
+    if (std::find(encodings.begin(), encodings.end(), nullptr) != encodings.end()) {
+        throw ::meanvalue::InvalidInput("encodings has a None; give what encode() returns of each shape");
+    }
     const auto shapes = static_cast<Index>(encodings.size());
     const Index vertices = encodings.empty() ? 0 : encodings.front()->vertex_count();
     const std::vector<double> values = own_weights(weights, shapes, vertices);

@@ -95,7 +95,9 @@ Positions poisson_morph(const PositionsView& first, const PositionsView& second,
     cholesky.analyse(lower, execution);
     if (!cholesky.factorise(lower, execution))
         throw SolverFailure(message("the Laplacian of ", vertices, " vertices is not positive definite"));
-    return cholesky.solve(sums, execution);
+    Positions result = cholesky.solve(sums, execution);
+    require_finite_result(result, "share");
+    return result;
 }
 
 }  // namespace meanvalue::baselines

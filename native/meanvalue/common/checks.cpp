@@ -20,6 +20,13 @@ void require_finite(const PositionsView& positions, const char* name) {
     }
 }
 
+void require_finite_result(const PositionsView& positions, const char* name) {
+    if (positions.allFinite()) return;
+    throw InvalidInput(message(name,
+                               " lie so far outside 0 to 1 that the shape has no finite coordinates; give numbers ",
+                               "nearer to that"));
+}
+
 void require_moderate_extent(const PositionsView& vertices) {
     if (vertices.rows() == 0) return;
     // Each axis by itself: the diagonal's square is what may overflow.

@@ -195,6 +195,7 @@ Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& 
         bound_->place(linear, place_weights, solution.vertices);
         bound_->carry_following(normalised, threads, execution, solution.vertices);
     }
+    require_finite_result(solution.vertices, "weights");
     solution.energies = {0.0};
     solution.converged = true;
     solution.stop_reason = "converged";
