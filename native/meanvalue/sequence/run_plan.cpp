@@ -18,6 +18,14 @@ void check_options(const BoundMesh& bound, const Trajectories& trajectories, con
         throw InvalidInput(message("targets are of ", trajectories.anchor_count, " anchors, but the mesh has ",
                                    bound.report().anchor_count));
     }
+    const auto wanted = std::int64_t{trajectories.frame_count} * trajectories.anchor_count;
+    const auto targets = static_cast<std::int64_t>(trajectories.targets.size());
+    const auto weights = static_cast<std::int64_t>(trajectories.weights.size());
+    if (trajectories.frame_count < 0 || targets != 3 * wanted || (weights != 0 && weights != wanted)) {
+        throw InvalidInput(message("there are ", trajectories.frame_count, " frames of ", trajectories.anchor_count,
+                                   " anchors, but ", targets, " coordinates of targets and ", weights,
+                                   " weights; give three and one for each anchor of each frame, or no weights"));
+    }
     if (options.chunk < 1) throw InvalidInput(message("chunk is ", options.chunk, "; give 1 or more"));
     if (options.overlap < 0) throw InvalidInput(message("overlap is ", options.overlap, "; give 0 or more"));
     if (options.tolerance && !(*options.tolerance > 0.0))
@@ -56,6 +64,14 @@ RunPlan plan_runs(const BoundMesh& bound, const Trajectories& trajectories, cons
     plan.overlap = static_cast<Index>(std::min<std::int64_t>(options.overlap, chunk));
     std::tie(plan.begin, plan.end) = options.frames.value_or(std::pair<Index, Index>{0, trajectories.frame_count});
     if (plan.begin == plan.end) return plan;
+    Index looked_at = 0, last_placed = -1;  // of the frames before
+    const auto placed_before = [&](Index frame) {
+        for (; looked_at < frame; ++looked_at) {
+            if (bound.can_be_placed(targets_at(trajectories, looked_at), weights_at(trajectories, looked_at)))
+                last_placed = looked_at;
+        }
+        return last_placed;
+    };
     for (std::int64_t own_begin = plan.begin / chunk * chunk; own_begin < frame_count; own_begin += chunk) {
         execution.check();
         Run run;
@@ -65,10 +81,8 @@ RunPlan plan_runs(const BoundMesh& bound, const Trajectories& trajectories, cons
             frame_at(std::min<std::int64_t>(run.own_end, std::int64_t{plan.end} + plan.overlap + kFramesOfSnap));
         run.begin = frame_at(own_begin - plan.overlap);
         if (run.begin >= plan.end) break;
-        // Earlier where these can't be solved, so that they follow one that can.
-        while (run.begin > 0 &&
-               !bound.can_be_placed(targets_at(trajectories, run.begin), weights_at(trajectories, run.begin)))
-            --run.begin;
+        const Index placed = placed_before(run.begin + 1);
+        if (placed < run.begin) run.lead = placed;
         plan.runs.push_back(run);
     }
     return plan;

@@ -14,6 +14,7 @@ namespace meanvalue {
 struct Run {
     Index begin = 0;      ///< of the frames to solve
     Index end = 0;        ///< of the frames to solve: snaps are looked for ahead of what is wanted
+    Index lead = -1;      ///< the last before `begin` that can be solved, where that can't; -1: none
     Index own_begin = 0;  ///< the result has this run's frames from here on; the run before fades into them
     Index own_end = 0;
 };

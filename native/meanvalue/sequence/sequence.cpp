@@ -113,6 +113,7 @@ class SequenceSolve {
             std::optional<Deformer::Drag> drag;
             drag.emplace(deformer_);
             Positions shape(0, 3);  // empty until a frame could be solved
+            if (run.lead >= 0) solve_frame(drag, run.lead, false, threads(), of_run, shape);
             for (Index frame = run.begin; frame < run.end; ++frame) {
                 const bool in_result = frame >= run.own_begin && frame < run.own_end && plan_.is_wanted(frame);
                 frames.outside.emplace_back(in_result ? nullptr : new float[numbers_of_shape()]);
