@@ -229,6 +229,11 @@ def test_bad_targets_are_named(head):
         fit.solve(targets, start=[0.0])
     with pytest.raises(meanvalue.InvalidInput, match="3 or more"):
         fit.solve_sequence([few, few])
+    for weights in (np.ones((ANCHORS, 2)), np.full((2, ANCHORS), 1e308)):
+        with pytest.raises(meanvalue.InvalidInput, match="weights"):
+            fit.solve_sequence([targets, targets], weights)
+    with pytest.raises(meanvalue.InvalidInput, match="targets has coordinates"):
+        fit.solve(1e100 * targets)
     with pytest.raises(meanvalue.InvalidInput, match="no frames"):
         fit.solve_sequence(np.empty((0, ANCHORS, 3)))
 

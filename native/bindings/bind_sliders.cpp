@@ -97,6 +97,11 @@ Task start_solve_sequence(const std::shared_ptr<SliderFit>& fit, const py::objec
     std::vector<double> numbers;
     if (weights) {
         const FloatArray given = as_floats(*weights, "weights", 2, "an array of shape (frames, anchors)");
+        if (given.shape(0) != array.shape(0) || given.shape(1) != array.shape(1)) {
+            throw ::meanvalue::InvalidInput(message("weights has the shape (", given.shape(0), ", ", given.shape(1),
+                                                    "), but targets are of ", array.shape(0), " frames and ",
+                                                    array.shape(1), " anchors; give one for each"));
+        }
         numbers.assign(given.data(), given.data() + given.size());
     }
     const SharedExecution held = execution_or_new(execution);

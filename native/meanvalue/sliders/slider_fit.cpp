@@ -20,19 +20,30 @@ constexpr double kUnseen = 1e-3;
 // Cosine from which on two shapes move the anchors alike.
 constexpr double kAlike = 0.995;
 
+// Squares and their products stay in the range of double precision below it.
+constexpr double kMostNumber = 1e60;
+
 // Rounds of one frame; most settle in 10 to 25.
 constexpr int kRounds = 40;
 
+void require_moderate(const PositionsView& positions, const char* name) {
+    require_finite(positions, name);
+    const double most = positions.rows() > 0 ? positions.cwiseAbs().maxCoeff() : 0.0;
+    if (most <= kMostNumber) return;
+    throw InvalidInput(
+        message(name, " has coordinates up to ", most, "; scale all so that they stay below ", kMostNumber));
+}
+
 void require_sizes(const SliderBinding& binding) {
     if (binding.shapes.empty()) throw InvalidInput("there are no shapes; give one or more");
-    require_finite(*binding.rest, "rest");
+    require_moderate(*binding.rest, "rest");
     for (std::size_t s = 0; s < binding.shapes.size(); ++s) {
         const std::string name = message("shapes[", s, "]");
         if (binding.shapes[s]->rows() != binding.rest->rows()) {
             throw InvalidInput(message(name, " has ", binding.shapes[s]->rows(), " vertices, but rest has ",
                                        binding.rest->rows(), "; all must be of one mesh"));
         }
-        require_finite(*binding.shapes[s], name.c_str());
+        require_moderate(*binding.shapes[s], name.c_str());
     }
     if (binding.anchors.empty()) throw InvalidInput("there are no anchors; give three or more vertex numbers");
     for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
@@ -51,8 +62,8 @@ Eigen::VectorXd bounds_of(const std::vector<double>& given, std::size_t count, d
             message(name, " has ", given.size(), " numbers for ", count, " shapes; give one for each"));
     }
     for (std::size_t s = 0; s < count; ++s) {
-        if (!std::isfinite(given[s])) {
-            throw InvalidInput(message(name, "[", s, "] is ", given[s], "; give a finite number"));
+        if (!(std::abs(given[s]) <= kMostNumber)) {
+            throw InvalidInput(message(name, "[", s, "] is ", given[s], "; give a number of moderate size"));
         }
     }
     return Eigen::Map<const Eigen::VectorXd>(given.data(), static_cast<Eigen::Index>(count));
@@ -137,8 +148,8 @@ FrameTargets SliderFit::Bound::known_targets(const PositionsView& targets, const
     FrameTargets frame;
     for (Index k = 0; k < static_cast<Index>(targets.rows()); ++k) {
         const double weight = weights == nullptr ? 1.0 : weights[k];
-        if (!(weight >= 0.0) || !std::isfinite(weight)) {
-            throw InvalidInput(message("weights[", k, "] is ", weight, "; give a finite number from 0 on"));
+        if (!(weight >= 0.0 && weight <= kMostNumber)) {
+            throw InvalidInput(message("weights[", k, "] is ", weight, "; give a number from 0 to ", kMostNumber));
         }
         if (weight > 0.0 && targets.row(k).allFinite()) frame.known.push_back(k);
     }
@@ -151,6 +162,7 @@ FrameTargets SliderFit::Bound::known_targets(const PositionsView& targets, const
     }
     for (double& weight : frame.weights)  // their mean is 1, so that the noise is that of a usual target
         weight *= static_cast<double>(frame.known.size()) / sum;
+    require_moderate(frame.targets, "targets");
     return frame;
 }
 
