@@ -190,6 +190,7 @@ TEST(ParallelItems, NoneIsTakenAfterAnException) {
 TEST(ThreadCount, RefusesANegativeNumber) {
     EXPECT_GE(thread_count(0), 1);
     EXPECT_EQ(thread_count(3), 3);
+    EXPECT_LE(thread_count(1000000), std::max(8, thread_count(0)));
     EXPECT_TRUE(contains(message_of<InvalidInput>([] { thread_count(-2); }), "-2"));
 }
 

@@ -13,6 +13,10 @@
 namespace meanvalue {
 namespace {
 
+// As many threads may be asked for where there are fewer cores: more than one shows on any computer that results do
+// not depend on it.
+constexpr int kMostWithoutCores = 8;
+
 void run_pieces(Index begin, Index end, const Execution& execution, const std::function<void(Index, Index)>& body) {
     for (Index first = begin; first < end; first += std::min(kPiece, end - first)) {
         execution.check();
@@ -26,8 +30,8 @@ int thread_count(int requested) {
     if (requested < 0) {
         throw InvalidInput(message("threads is ", requested, "; give 0 for all cores or a positive number"));
     }
-    if (requested > 0) return requested;
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return requested > 0 ? std::min(requested, std::max(kMostWithoutCores, cores)) : cores;
 }
 
 void run_workers(int workers, const std::function<void(int)>& body) {

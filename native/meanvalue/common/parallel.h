@@ -9,7 +9,7 @@
 
 namespace meanvalue {
 
-/// The number of threads that `requested` stands for: itself, or every core where it is 0.
+/// The number of threads that `requested` stands for: itself, at most every core, or 8; every core where it is 0.
 /// @throws InvalidInput where it is negative.
 int thread_count(int requested);
 
