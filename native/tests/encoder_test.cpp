@@ -92,6 +92,23 @@ TEST(Encoder, TheCornerOfOneTriangleTakesAWiderRing) {
     EXPECT_GE(encoding.ring_offsets[4] - encoding.ring_offsets[3], 3);
 }
 
+TEST(Encoder, ACollapsedFanGivesShortRings) {
+    constexpr Index kRim = 800;
+    Mesh mesh;
+    mesh.vertices = Positions::Zero(kRim + 3, 3);
+    mesh.faces.resize(kRim + 1, 3);
+    for (Index k = 0; k < kRim; ++k) {  // all in one line with the vertex that they share
+        mesh.vertices(k + 1, 0) = k + 1.0;
+        if (k > 0) mesh.faces.row(k - 1) << 0, k, k + 1;
+    }
+    mesh.vertices.bottomRows(2) << kRim, 5.0, 0.0, kRim, 5.0, 2.0;
+    mesh.faces.bottomRows(2) << kRim, kRim + 1, 0, kRim, kRim + 2, kRim + 1;
+    const Encoding encoding = encoding_of(mesh);
+    EXPECT_TRUE(encoding.predictable(kRim));
+    for (Index v = 1; v <= kRim; ++v)
+        ASSERT_LE(encoding.ring_offsets[v + 1] - encoding.ring_offsets[v], 128) << v;
+}
+
 TEST(Encoder, WhatSpansNoPlaneIsNotPredictableAndKeepsItsPlace) {
     Mesh mesh = joined(triangle(), strip());
     mesh.vertices.conservativeResize(8, 3);

@@ -1,6 +1,9 @@
 #include "meanvalue/mesh/one_ring.h"
 
 #include <algorithm>
+#include <ctime>
+#include <numeric>
+#include <random>
 
 #include "tests/support.h"
 
@@ -32,6 +35,31 @@ TEST(OneRing, HasAnyValenceAndNoneForALooseVertex) {
     const OneRings rings = rings_of(mesh);
     EXPECT_EQ(rings.kinds[3], RingKind::kLoose);
     EXPECT_EQ(rings.valence(3), 0);
+}
+
+TEST(OneRing, OfAVertexWithAnyNumberOfTrianglesIsFoundInLinearTime) {
+    constexpr Index kSpokes = 40000;
+    std::vector<Index> order(kSpokes);
+    std::iota(order.begin(), order.end(), 0);
+    std::shuffle(order.begin(), order.end(), std::mt19937(1));
+    Mesh mesh;
+    mesh.vertices = Positions::Random(kSpokes + 1, 3);
+    for (const bool closed : {true, false}) {
+        mesh.faces.resize(closed ? kSpokes : kSpokes - 1, 3);
+        Index f = 0;
+        for (const Index k : order) {
+            if (closed || k < kSpokes - 1) mesh.faces.row(f++) << k, (k + 1) % kSpokes, kSpokes;
+        }
+        const std::clock_t begun = std::clock();
+        const OneRings rings = rings_of(mesh);
+        EXPECT_LT(static_cast<double>(std::clock() - begun), 5.0 * CLOCKS_PER_SEC);
+        std::vector<Index> around(kSpokes);
+        std::iota(around.begin(), around.end(), 0);
+        EXPECT_EQ(rotated_to(ring(rings, kSpokes), 0), around);
+        EXPECT_EQ(rotated_to(ring(rings, 7), 8), (std::vector<Index>{8, kSpokes, 6}));
+        EXPECT_EQ(rings.kinds[kSpokes], closed ? RingKind::kClosed : RingKind::kOpen);
+        EXPECT_EQ(rings.detached_triangle_count, 0);
+    }
 }
 
 TEST(OneRing, BowTieTakesItsLargestFan) {

@@ -14,6 +14,9 @@ namespace meanvalue {
 namespace {
 
 constexpr int kWidestExtension = 3;
+// Of a neighbor with more neighbors than this, so many are taken, spread over its ring: where many vertices share one
+// in a collapsed place, each would have a ring of them all.
+constexpr std::ptrdiff_t kMostOfNeighbour = 32;
 
 /// The direction in which the points vary least. Its sign is arbitrary: reversing it reverses the ring, its
 /// normal and the heights alike, and the predictor stays the same.
@@ -68,8 +71,11 @@ std::vector<Index> extended_ring(const PositionsView& positions, const OneRings&
         const std::size_t border_end = reached.size();
         for (; border < border_end; ++border) {
             const Index neighbour = reached[border];
-            for (const Index* j = rings.begin(neighbour); j != rings.end(neighbour); ++j) {
-                if (known.insert(*j).second) reached.push_back(*j);
+            const std::ptrdiff_t count = rings.end(neighbour) - rings.begin(neighbour);
+            const std::ptrdiff_t taken = std::min(count, kMostOfNeighbour);
+            for (std::ptrdiff_t k = 0; k < taken; ++k) {
+                const Index other = rings.begin(neighbour)[k * count / taken];
+                if (known.insert(other).second) reached.push_back(other);
             }
         }
         if (reached.size() < 3) continue;

@@ -1,10 +1,12 @@
 #include "meanvalue/mesh/triangle_mesh.h"
 
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/System/omstream.hh>
-#include <array>
+#include <algorithm>
 #include <mutex>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
 #include "meanvalue/common/errors.h"
 
@@ -14,9 +16,44 @@ namespace {
 struct Traits : OpenMesh::DefaultTraits {
     HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge);
 };
-using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+using HalfEdgeMesh = OpenMesh::PolyMesh_ArrayKernelT<Traits>;
 using VertexHandle = HalfEdgeMesh::VertexHandle;
 using HalfedgeHandle = HalfEdgeMesh::HalfedgeHandle;
+using Corners = std::vector<VertexHandle>;
+
+// OpenMesh goes around a vertex to find an edge, which is quadratic in its triangles. With more of them than this, a
+// vertex is a hub: each of its edges ends in a vertex of its own, so that its triangles are quadrangles around a
+// hole.
+constexpr Index kMostAround = 256;
+
+/// A triangle's other corners, counter-clockwise from the hub.
+using Step = std::pair<Index, Index>;
+
+/// Steps that hang together, in the order that OpenMesh has: open fans begin at their border, closed ones behind the
+/// edge that the last triangle begins with.
+void collect_fans_of_hub(const std::vector<Step>& steps, std::vector<Fan>& fans) {
+    std::unordered_map<Index, Index> next(steps.begin(), steps.end());
+    std::unordered_set<Index> has_before;
+    for (const Step& step : steps)
+        has_before.insert(step.second);
+    const auto walk = [&](Index from, bool closed) {
+        Fan fan;
+        fan.closed = closed;
+        if (!closed) fan.ring.push_back(from);
+        for (auto step = next.find(from); step != next.end(); step = next.find(from)) {
+            from = step->second;
+            next.erase(step);
+            fan.ring.push_back(from);
+        }
+        fans.push_back(std::move(fan));
+    };
+    for (const Step& step : steps) {
+        if (has_before.count(step.first) == 0) walk(step.first, false);
+    }
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+        if (next.count(step->first) != 0) walk(step->first, true);
+    }
+}
 
 }  // namespace
 
@@ -24,20 +61,58 @@ struct TriangleMesh::Connectivity {
     HalfEdgeMesh mesh;
     std::vector<Index> original;  // per OpenMesh vertex: the caller's number; copies come after the originals
     std::unordered_map<Index, std::vector<VertexHandle>> copies;  // of the corners of detached triangles
+    struct Hub {
+        std::unordered_map<Index, VertexHandle> ends;  // of its edges, by their other end
+        std::vector<Step> steps;
+    };
+    std::unordered_map<Index, Hub> hubs;
 
-    VertexHandle add_copy(Index vertex) {
-        const VertexHandle copy = mesh.add_vertex({});
+    VertexHandle add_vertex(Index vertex) {
         original.push_back(vertex);
-        copies[vertex].push_back(copy);
-        return copy;
+        return mesh.add_vertex({});
+    }
+
+    void find_hubs(const TrianglesView& faces) {
+        std::vector<Index> counts(original.size(), 0);
+        for (Index f = 0; f < faces.rows(); ++f) {
+            for (int k = 0; k < 3; ++k) {
+                if (++counts[faces(f, k)] == kMostAround + 1) hubs.emplace(faces(f, k), Hub());
+            }
+        }
+    }
+
+    /// Of a triangle, with two in place of a hub.
+    void find_corners(const TrianglesView& faces, Index f, Corners& corners) {
+        corners.clear();
+        for (int k = 0; k < 3; ++k) {
+            const auto hub = hubs.empty() ? hubs.end() : hubs.find(faces(f, k));
+            if (hub == hubs.end()) {
+                corners.push_back(mesh.vertex_handle(faces(f, k)));
+                continue;
+            }
+            for (const int other : {(k + 2) % 3, (k + 1) % 3}) {
+                VertexHandle& end = hub->second.ends[faces(f, other)];
+                if (!end.is_valid()) end = add_vertex(hub->first);
+                corners.push_back(end);
+            }
+        }
     }
 
     /// Whether OpenMesh can take the triangle as it is: every corner must be open, every edge free on this side.
-    bool fits(const std::array<VertexHandle, 3>& corners) const {
-        for (int k = 0; k < 3; ++k) {
+    bool fits(const Corners& corners) const {
+        for (std::size_t k = 0; k < corners.size(); ++k) {
             if (!mesh.is_boundary(corners[k])) return false;
-            const HalfedgeHandle edge = mesh.find_halfedge(corners[k], corners[(k + 1) % 3]);
+            const HalfedgeHandle edge = mesh.find_halfedge(corners[k], corners[(k + 1) % corners.size()]);
             if (edge.is_valid() && !mesh.is_boundary(edge)) return false;
+        }
+        return true;
+    }
+
+    bool add_face(const TrianglesView& faces, Index f, const Corners& corners) {
+        if (!fits(corners) || !mesh.add_face(corners).is_valid()) return false;
+        for (int k = 0; k < 3 && !hubs.empty(); ++k) {
+            const auto hub = hubs.find(faces(f, k));
+            if (hub != hubs.end()) hub->second.steps.emplace_back(faces(f, (k + 1) % 3), faces(f, (k + 2) % 3));
         }
         return true;
     }
@@ -96,21 +171,23 @@ void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execut
     std::call_once(silenced, [] { omerr().disable(); });
     HalfEdgeMesh& mesh = connectivity_->mesh;
     mesh.reserve(vertex_count_, faces.rows() * 3 / 2 + vertex_count_, faces.rows());
-    connectivity_->original.resize(vertex_count_);
+    connectivity_->original.reserve(vertex_count_);
     for (Index v = 0; v < vertex_count_; ++v) {
         execution.check_every(v);
-        mesh.add_vertex({});
-        connectivity_->original[v] = v;
+        connectivity_->add_vertex(v);
     }
+    connectivity_->find_hubs(faces);
+    Corners corners;
     for (Index f = 0; f < faces.rows(); ++f) {
         execution.check_every(f);
-        std::array<VertexHandle, 3> corners;
-        for (int k = 0; k < 3; ++k)
-            corners[k] = mesh.vertex_handle(faces(f, k));
-        if (connectivity_->fits(corners) && mesh.add_face(corners[0], corners[1], corners[2]).is_valid()) continue;
-        for (int k = 0; k < 3; ++k)
-            corners[k] = connectivity_->add_copy(faces(f, k));
-        mesh.add_face(corners[0], corners[1], corners[2]);
+        connectivity_->find_corners(faces, f, corners);
+        if (connectivity_->add_face(faces, f, corners)) continue;
+        corners.clear();
+        for (const Index v : faces.row(f)) {
+            corners.push_back(connectivity_->add_vertex(v));
+            connectivity_->copies[v].push_back(corners.back());
+        }
+        mesh.add_face(corners);
         ++detached_count_;
     }
 }
@@ -118,6 +195,8 @@ void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execut
 void TriangleMesh::collect_fans(Index vertex, std::vector<Fan>& fans) const {
     fans.clear();
     connectivity_->collect_fans(connectivity_->mesh.vertex_handle(vertex), fans);
+    const auto hub = connectivity_->hubs.find(vertex);
+    if (hub != connectivity_->hubs.end()) collect_fans_of_hub(hub->second.steps, fans);
     const auto copies = connectivity_->copies.find(vertex);
     if (copies == connectivity_->copies.end()) return;
     for (const VertexHandle copy : copies->second)
