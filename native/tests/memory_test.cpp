@@ -1,7 +1,11 @@
 // What happens where memory runs out.
 
+#include <atomic>
+#include <chrono>
 #include <new>
+#include <thread>
 
+#include "meanvalue/common/parallel.h"
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/deformer.h"
@@ -81,6 +85,28 @@ TEST_P(RunsOut, BindAndSolveEndByNameAndTheNextHaveTheSameBits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, RunsOut, testing::Values(Method::kFast, Method::kPaper, Method::kFull));
+
+TEST(Memory, ThatRunsOutCostsThePoolNoThread) {
+    if (!FailingAllocation::is_there()) GTEST_SKIP() << "sanitizers have an operator new of their own";
+    for (int caller = 0; caller <= thread_count(0); ++caller) {
+        std::thread([] {
+            for (int count = 0; count < 6; ++count) {
+                const FailingAllocation failing(count);
+                try {
+                    run_workers(2, [](int) {});
+                } catch (const std::bad_alloc&) {
+                }
+            }
+        }).join();
+    }
+    std::atomic<int> begun{0};
+    run_workers(2, [&](int) {
+        ++begun;
+        for (int round = 0; round < 2000 && begun < 2; ++round)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        EXPECT_EQ(begun, 2) << "both run at the same time";
+    });
+}
 
 TEST(Memory, RunsOutInClipsAndMorphs) {
     if (!FailingAllocation::is_there()) GTEST_SKIP() << "sanitizers have an operator new of their own";

@@ -124,9 +124,9 @@ class ThreadPool {
         cores_ = std::max(cores_, most + 1);
         // The caller counts already. Detached work counts only while it makes calls of its own.
         const int count = std::clamp(cores_ - working_.load(std::memory_order_relaxed), 0, most);
-        sent.reserve(count);
         while (static_cast<int>(sent.size()) < count) {
             try {
+                sent.reserve(count);
                 if (idle_.empty()) idle_.push_back(start_thread(std::make_unique<Member>()));
             } catch (const std::exception&) {
                 break;  // the system has no thread or no memory to spare: fewer do it
