@@ -12,6 +12,65 @@ CSV = "Timecode,BlendShapeCount,JawOpen,MouthSmileLeft,HeadYaw\n" + "".join(
     f"00:00:00:{frame:02d}.5,61,{frame / 60:.4f},{1 - frame / 60:.4f},0.1\n" for frame in range(60)
 )
 
+#: Two seconds of two shapes, 30 rows a second.
+NAMES, ROWS = ("JawOpen", "MouthSmileLeft"), range(60)
+VALUES = np.round(0.5 + 0.4 * np.sin(np.array(ROWS)[:, None] / [4.0, 5.0]), 4).tolist()
+OBJECTS = [dict(zip(NAMES, row, strict=True)) for row in VALUES]
+LISTS = {name: list(column) for name, column in zip(NAMES, zip(*VALUES, strict=True), strict=True)}
+
+
+def table(head, row, order=ROWS):
+    """CSV: `head` and the names, then row(number) and the values."""
+    return "\n".join(",".join(map(str, each)) for each in ([*head, *NAMES], *([*row(i), *VALUES[i]] for i in order)))
+
+
+def code(row, rate):
+    return f"10:00:{row // rate:02d}:{row % rate:02d}"
+
+
+def scores(row):
+    return [{"index": k, "score": VALUES[row][k], "categoryName": NAMES[k], "displayName": ""} for k in range(2)]
+
+
+#: Of a recording, in the forms of many recorders: seconds in a scene of 24 frames a second, and rows.
+FORMS = {
+    "no time.csv": (table([], lambda i: []), 59 / 24, 60),
+    "number of a row.csv": (table([""], lambda i: [i]), 59 / 24, 60),
+    "numbers of two takes.csv": (table([""], lambda i: [i % 30]), 59 / 24, 60),
+    "a shape that rises.csv": (table(["Nose"], lambda i: [i / 59]), 59 / 24, 60),
+    "frame, seconds.csv": (table(["frame", "timestamp", "confidence"], lambda i: [i, i / 30, 0.9]), 59 / 30, 60),
+    "frame, epoch.csv": (table(["frame", "unix_ms"], lambda i: [i, 1700000000000 + i * 1000 // 30]), 59 / 30, 60),
+    "face, microseconds.csv": (table(["face_id", "time"], lambda i: [0, i * 1000000 // 30]), 59 / 30, 60),
+    "frame, timecode.csv": (table(["Frame", "Timecode"], lambda i: [i, code(i, 30)]), 59 / 30, 60),
+    "dates.csv": (table(["t"], lambda i: [f"2026-01-01T23:59:{59.5 + i / 30:.3f}Z"], range(15)), 14 / 30, 15),
+    "one row early.csv": (table(["Timecode"], lambda i: [code(0 if i == 24 else i, 24)]), 59 / 24, 59),
+    "one row late.csv": (table(["time"], lambda i: [i / 30 + 99 * (i == 20)]), 59 / 30, 59),
+    "two rows swapped.csv": (
+        table(["Timecode"], lambda i: [code(i, 24)], [*range(30), 31, 30, *range(32, 60)]),
+        59 / 24,
+        59,
+    ),
+    "a list a shape.json": (json.dumps({"fps": 30, "shapes": LISTS}), 59 / 30, 60),
+    "lists alone.json": (json.dumps(LISTS), 59 / 24, 60),
+    "named lists.json": (
+        json.dumps([{"name": f"a[{name}]", "values": part} for name, part in LISTS.items()]),
+        59 / 24,
+        60,
+    ),
+    "names and scores.json": (
+        json.dumps([{"t": i / 30, "faces": [{"categories": scores(i)}]} for i in ROWS]),
+        59 / 30,
+        60,
+    ),
+    "milliseconds.json": (
+        json.dumps([{"timestampMs": i * 1000 / 30, "shapes": OBJECTS[i]} for i in ROWS]),
+        59 / 30,
+        60,
+    ),
+    "beside.json": (json.dumps({"times": [i / 30 for i in ROWS], "frames": VALUES, "names": NAMES}), 59 / 30, 60),
+    "an object a line.ndjson": ("\n".join(json.dumps({"time": i / 30, **OBJECTS[i]}) for i in ROWS), 59 / 30, 60),
+}
+
 
 @pytest.fixture
 def face():
@@ -42,6 +101,18 @@ def test_values_are_keyed_by_name_from_the_current_frame_on(face, tmp_path, capf
     scene.frame_set(41)
     assert face.data.shape_keys.key_blocks["jaw_open"].value == pytest.approx(59 / 60, abs=1e-4)
     assert face.data.shape_keys.key_blocks["mouthSmile_L"].value == pytest.approx(1 / 60, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_one_recording_in_forms_of_many_recorders(face, tmp_path, capfd, name):
+    bpy.context.scene.render.fps = 24
+    content, seconds, rows = FORMS[name]
+    assert run(tmp_path / name, content, names="jawopen=JAW_OPEN") == {'FINISHED'}
+    for key, column in zip(("jaw_open", "mouthSmile_L"), zip(*VALUES, strict=True), strict=True):
+        found = keyed(face, key)
+        assert len(found) == rows and found[-1, 0] - found[0, 0] == pytest.approx(24 * seconds, abs=0.03)
+        assert found[[0, 10, -1], 1] == pytest.approx([column[0], column[10], column[rows - 1 if rows < 20 else -1]])
+    assert ("1 row left out" in capfd.readouterr().out) == (rows == 59)
 
 
 def test_what_is_animated_is_replaced_only_when_that_is_wanted(face, tmp_path, capfd):

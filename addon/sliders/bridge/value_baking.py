@@ -98,14 +98,14 @@ class ValueBaking:
         return [*self.source.notes, *self._notes(), *notes]
 
     def account(self, obj):
-        """What was done, in words."""
+        """What was done, in words: a sentence, then details."""
         off = np.linalg.norm(self.solved.residuals, axis=2)
         off = off[~self.solved.outliers & ~np.isnan(off)]
-        near = (
-            f", {wording.share(off.mean() / self._size)} of its size from the {self.source.words}" if len(off) else ""
-        )
         frames = wording.counted(len(self.source.frames), "frame")
-        return f"Baked {frames} of {wording.counted(len(self.curves), 'shape key')} of '{obj.name}'{near}"
+        told = [f"Baked {frames} of {wording.counted(len(self.curves), 'shape key')} of '{obj.name}'"]
+        if len(off):
+            told.append(f"It is {wording.share(off.mean() / self._size)} of its size from the {self.source.words}")
+        return told
 
     def _notes(self):
         words, names = self.source.words, self.shapes.names

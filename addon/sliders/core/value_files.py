@@ -1,48 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads files of shape values by name, a frame a row: CSV, as recorders of faces write it, and JSON."""
+"""Reads files of shape values by name, as recorders of faces write them: CSV, and JSON in any order of its parts.
 
+Either becomes records, {name: cell} of a frame each; value_columns.py makes values and times of these.
+"""
+
+import collections
 import csv
 import json
-import math
-from dataclasses import dataclass
+import re
 
-import numpy as np
-
-from ... import wording
 from ...capture.core.readers import read_by
-from ...capture.core.text_lines import Lines, decoded, number_in, quoted
+from ...capture.core.text_lines import REMEDY, Lines, decoded, number_in, quoted
 from ...errors import MotionFileError
 from .key_names import folded
+from .value_columns import made, number
 
-SUFFIXES = (".csv", ".json")
+WANTED_CSV = "Give it a first line of names (time,jawOpen,browInnerUp) and a line of numbers for each frame"
+WANTED_JSON = (
+    'Give it [{"time": 0.0, "jawOpen": 0.2}, ...], or such an object a line, or {"fps": 60, "jawOpen": [0.2, ...]}'
+)
 
-#: Columns and entries that are no values, and what JSON files call their parts; all as folded() has them.
-NO_VALUES = {"blendshapecount", "time", "timestamp", "timecode", "frame"}
-TIMES = ("time", "timestamp", "timecode", "frame")
-NAMES, FRAMES, RATES = ("names", "facsnames"), ("frames", "weightmat"), ("fps", "rate", "exportfps")
-NESTED = ("values", "blendshapes", "weights")
-
-#: What the frames in a timecode may count, in a second.
-RATES_OF_TIMECODES = (24, 25, 30, 48, 50, 60, 100, 120)
-DAY_SECONDS = 86400.0
-
-#: What is larger is no value of a shape, and no time.
-LARGEST_VALUE, LARGEST_TIME = 1e6, 1e15
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedValues:
-    """names: s names as in the file; values: (f, s) float64, NaN where one is missing.
-
-    times: (f,) float64 ascending from 0, in frames of the recording; rate_hz: of them, or None: as the scene's.
-    notes: sentences on what was left out.
-    """
-
-    names: tuple
-    values: np.ndarray
-    times: np.ndarray
-    rate_hz: float | None
-    notes: tuple = ()
+#: Names, as folded() has them: of a name beside a score, of that score, and of frames a second.
+LABEL, SCORES = re.compile("name|shape|label|key"), {"score", "value", "weight", "values"}
+RATE, LARGEST_RATE = re.compile("fps|rate$"), 1000.0
 
 
 def read(path, rate_hz=None):
@@ -50,162 +30,137 @@ def read(path, rate_hz=None):
 
     @throws MotionFileError with the file's name, the line and a remedy.
     """
-    return read_by({".csv": parse_csv, ".json": parse_json}, path, rate_hz)
+    return read_by(PARSERS, path, rate_hz)
 
 
 def parse_csv(data, file, rate_hz=None):
-    """Of bytes: a header with names, and rows; the first column is a time, a timecode or a frame. As read()."""
+    """Of bytes: a header with names, and rows. As read()."""
     lines = Lines(data, file)
     header = lines.next_filled()
     if header is None:
-        lines.fail("the file is empty", remedy="Export it again", number=1)
-    delimiter = max(",;\t", key=header.count)
+        lines.fail("the file is empty", WANTED_CSV, number=1)
+    delimiter, numbers, records = max(",;\t", key=header.count), [], []
     head = [cell.strip() for cell in _cells(lines, lines.number, header, delimiter)]
-    columns = [number for number in range(1, len(head)) if head[number] and folded(head[number]) not in NO_VALUES]
-    names = [head[number] for number in columns]
-    if not names or all(number_in(name) is not None for name in names):
-        lines.fail("it has no names of shapes. The first line must be a header: time, name, name, ...")
-    twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
+    if 2 * sum(number_in(name) is not None for name in head) > len(head):
+        lines.fail("it has no names of shapes", WANTED_CSV)
+    twice = next((name for place, name in enumerate(head) if name and name in head[:place]), None)
     if twice is not None:
         lines.fail(f"two columns are called {quoted(twice)}")
-    rows, numbers, stamps = [], [], []
-    for number, line in lines.filled():
-        cells = _cells(lines, number, line, delimiter)
-        if len(cells) < len(head) and lines.is_cut_off(number):
+    for line_number, line in lines.filled():
+        cells = _cells(lines, line_number, line, delimiter)
+        if len(cells) < len(head) and lines.is_cut_off(line_number):
             break
-        if len(cells) != len(head):
-            lines.fail(f"it has {len(cells)} columns where the header has {len(head)}", number=number)
-        if delimiter == ";":  # where commas stand in numbers
-            cells = [cell.replace(",", ".") for cell in cells]
-        rows.append([_number(lines, number, cells[column], head[column]) for column in columns])
-        stamps.append(cells[0].strip())
-        numbers.append(number)
-    if not rows:
-        lines.fail("there is no whole row after the header")
+        if len(cells) < len(head) or any(cell.strip() for cell in cells[len(head) :]):
+            lines.fail(f"it has {len(cells)} columns where the header has {len(head)}", number=line_number)
+        records.append(_plain(dict(zip(head, cells, strict=False))))
+        numbers.append(line_number)
+    if not records:
+        lines.fail("there is no whole row after the header", WANTED_CSV)
 
-    def fail(row, reason):
-        lines.fail(reason, number=numbers[row])
+    def refuse(reason, row=None):
+        lines.fail(reason, *((WANTED_CSV, 1) if row is None else (REMEDY, numbers[row])))
 
-    return _made(names, rows, stamps, head[0], rate_hz, fail)
+    return made(records, rate_hz, refuse)
 
 
 def parse_json(data, file, rate_hz=None):
-    """Of bytes: [{name: value, ...}, ...] or {"names": [...], "frames": [[...], ...]}. As read()."""
+    """Of bytes: frames by name, wherever they are in the file. As read()."""
 
-    def fail(row, reason):
-        raise MotionFileError(f"{file}, frame {row + 1} of the file: {reason}. Export it again")
+    def refuse(reason, row=None):
+        where, remedy = ("", WANTED_JSON) if row is None else (f", frame {row + 1} of the file", "Export it again")
+        raise MotionFileError(f"{file}{where}: {reason}. {remedy}")
 
     try:
-        whole = json.loads(decoded(data))
-    except json.JSONDecodeError as error:
-        raise MotionFileError(f"{file}, line {error.lineno}: {error.msg}. Export it again, or mend the line") from None
+        whole = _loaded(decoded(data), file)
+        names, records = {}, collections.defaultdict(dict)
+        for key, part in _heads(whole):
+            if RATE.search(folded(key)) and 1.0 <= number(part) <= LARGEST_RATE:
+                rate_hz = rate_hz or number(part)
+            if isinstance(part, list) and part and all(isinstance(each, str) and each[:1].isalpha() for each in part):
+                names[len(part)] = part
+        for node in (whole, [whole]):  # many frames, else one
+            for row, name, cell in () if records else _found(node, names, refuse):
+                records[row].setdefault(name, cell)
     except (RecursionError, ValueError):  # also for an integer without end
-        raise MotionFileError(f"{file}: it is no list of frames. Export it again") from None
-    parts = {folded(key): part for key, part in whole.items()} if isinstance(whole, dict) else {}
-    frames, names = _first(parts, FRAMES) if parts else whole, _first(parts, NAMES)
-    if not isinstance(frames, list) or not frames:
-        raise MotionFileError(
-            f'{file}: it has no frames. Give it a list of {{"name": value}}, or {{"names": [...], "frames": [...]}}'
-        )
-    rate_hz = rate_hz or _rate(_first(parts, RATES))
-    stamps, label = [""] * len(frames), ""
-    if names is None:
-        if not all(isinstance(frame, dict) for frame in frames):
-            fail(next(row for row, frame in enumerate(frames) if not isinstance(frame, dict)), "it has no names")
-        found = [{folded(key): part for key, part in frame.items()} for frame in frames]
-        label = next((key for key in TIMES if key in found[0]), "")
-        stamps = [str(each.get(label, "")) for each in found]
-        frames = [_nested(frame) for frame in frames]
-        names = list(dict.fromkeys(key for frame in frames for key in frame if folded(key) not in NO_VALUES))
-        frames = [[frame.get(name) for name in names] for frame in frames]
-    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        raise MotionFileError(f"{file}: it has no names of shapes. Export it again")
-    for row, frame in enumerate(frames):
-        if not isinstance(frame, list) or len(frame) != len(names):
-            fail(row, f"it does not have {len(names)} values, as there are names")
-        for name, value in zip(names, frame, strict=True):
-            if value is not None and number_of(value) is None:
-                fail(row, f"the value of {quoted(name)} is no number")
-    rows = [[math.nan if value is None else float(value) for value in frame] for frame in frames]
-    return _made(names, rows, stamps, label, rate_hz, fail)
+        refuse("it is no list of frames")
+    return made([records[row] for row in range(max(records, default=-1) + 1)], rate_hz, refuse)
 
 
-def number_of(value):
-    """A value that JSON has as a number, else None."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return float(value) if is_number and abs(value) <= LARGEST_VALUE else None
+PARSERS = {".csv": parse_csv, ".tsv": parse_csv, ".json": parse_json, ".jsonl": parse_json, ".ndjson": parse_json}
+SUFFIXES = tuple(PARSERS)
 
 
-def _rate(value):
-    """Of a file, None where it makes no sense."""
-    number = number_of(value)
-    return number if number is not None and number > 0.0 else None
-
-
-def _first(parts, keys):
-    return next((parts[key] for key in keys if key in parts), None)
-
-
-def _nested(frame):
-    """What of a frame has the values: itself, or a dict in it."""
-    return next((part for key, part in frame.items() if folded(key) in NESTED and isinstance(part, dict)), frame)
-
-
-def _cells(lines, number, line, delimiter):
+def _cells(lines, line_number, line, delimiter):
     try:
         return next(csv.reader([line], delimiter=delimiter))
     except csv.Error:
-        lines.fail("it is no line of text", number=number)
+        lines.fail("it is no line of text", number=line_number)
 
 
-def _number(lines, number, cell, name):
-    cell = cell.strip()
-    value = number_in(cell) if cell else math.nan
-    if value is None or abs(value) > LARGEST_VALUE:
-        lines.fail(f"{quoted(cell)} is no number, in column {quoted(name)}", number=number)
-    return value
+def _loaded(text, file):
+    """What a JSON text has; a list where it has several, as an object a line. The last of them may be cut off."""
+    found, decoder, between = [], json.JSONDecoder(), re.compile(r"[\s,]*")
+    at = between.match(text).end()
+    while at < len(text):
+        try:
+            part, at = decoder.raw_decode(text, at)
+        except json.JSONDecodeError as error:
+            if found and isinstance(found[-1], dict) and "\n" not in text[at:]:
+                break
+            raise MotionFileError(f"{file}, line {error.lineno}: {error.msg}. {REMEDY}") from None
+        found.append(part)
+        at = between.match(text, at).end()
+    return found[0] if len(found) == 1 else found
 
 
-def _made(names, rows, stamps, label, rate_hz, fail):
-    """The RecordedValues of rows with `stamps` in a column `label`. fail(row, reason) raises."""
-    label, values = folded(label), np.array(rows, np.float64)
-    if not any(stamps):
-        times = np.arange(len(rows), dtype=np.float64)
-    elif any(":" in stamp for stamp in stamps):
-        times, rate_hz = _of_timecodes(stamps, rate_hz, fail)
-    else:
-        times = np.array([_number_of_stamp(row, stamp, fail) for row, stamp in enumerate(stamps)])
-        if "frame" not in label and "index" not in label:
-            rate_hz = rate_hz or 1000.0
-            times *= rate_hz / (1000.0 if label.endswith(("ms", "milliseconds")) else 1.0)
-    times = times - times[0]
-    steps = np.diff(times)
-    if (steps < 0.0).any():
-        fail(int(np.argmax(steps < 0.0)) + 1, "its time is before that of the row above")
-    is_new = np.append(True, steps > 0.0)
-    doubles = wording.counted(int((~is_new).sum()), "row")
-    notes = () if is_new.all() else (f"{doubles} with the time of the row above left out",)
-    return RecordedValues(tuple(names), values[is_new], times[is_new], rate_hz, notes)
+def _heads(node, key=""):
+    """(key, part) of a JSON value, of all in its objects and of the first in its lists."""
+    yield key, node
+    parts = {key: node[0]} if isinstance(node, list) and node else node if isinstance(node, dict) else {}
+    for each, part in parts.items():
+        yield from _heads(part, each)
 
 
-def _number_of_stamp(row, stamp, fail):
-    number = number_in(stamp)
-    if number is None or not abs(number) <= LARGEST_TIME:
-        fail(row, f"{quoted(stamp)} is no time")
-    return number
+def _found(node, names, refuse, key="", row=None):
+    """(row, name, cell) of all in a JSON value, whose outermost list has the rows. names: {number: so many names}."""
+    if isinstance(node, dict) and row is None and node and all(number_in(each) is not None for each in node):
+        node = [{"": each, **part} for each, part in node.items() if isinstance(part, dict)]  # numbered frames
+    if isinstance(node, list) and ((len(node) == 1 and isinstance(node[0], dict)) or node == names.get(len(node))):
+        node = node[0]
+    if isinstance(node, list) and row is None:
+        first = next((_kind(part) for part in node if part), None)
+        for place, part in enumerate(node):
+            if part and _kind(part) != first:
+                refuse("it is not like the first one", place)
+            yield from _found(part, names, refuse, key, place)
+    elif isinstance(node, list):
+        named = _kind(node) in names
+        for name, part in zip(names[len(node)] if named else [key] * len(node), node, strict=True):
+            if named or isinstance(part, (dict, list)):
+                yield from _found(part, names, refuse, name, row)
+    elif isinstance(node, dict):
+        plain = _plain(node)
+        if plain is not node and any(isinstance(part, list) and _kind(part) not in names for part in plain.values()):
+            row = None  # the list of a shape
+        for name, part in plain.items():
+            yield from _found(part, names, refuse, name, row)
+    elif row is not None:
+        yield row, key, node
 
 
-def _of_timecodes(stamps, rate_hz, fail):
-    """(frames, their rate) of "hours:minutes:seconds:frames", the frames perhaps with a fraction."""
-    parts = []
-    for row, stamp in enumerate(stamps):
-        found = [number_in(part) for part in stamp.replace(";", ":").split(":")]
-        if len(found) not in (3, 4) or not all(part is not None and 0.0 <= part < 1e6 for part in found):
-            fail(row, f"{quoted(stamp)} is no timecode (hours:minutes:seconds:frames)")
-        parts.append(found if len(found) == 4 else [*found, 0.0])
-    parts = np.array(parts)
-    highest = math.floor(parts[:, 3].max())
-    rate_hz = rate_hz or next((rate for rate in RATES_OF_TIMECODES if rate > highest), highest + 1)
-    seconds = parts[:, :3] @ [3600.0, 60.0, 1.0]
-    seconds += DAY_SECONDS * np.cumsum(np.append(0.0, np.diff(seconds)) < -0.5 * DAY_SECONDS)  # past midnight
-    return seconds * rate_hz + parts[:, 3], float(rate_hz)
+def _kind(node):
+    """What the items of a list have in common: flat lists the number of what they have."""
+    if isinstance(node, list):
+        return list if any(isinstance(part, (dict, list)) for part in node) else len(node)
+    return type(node) if isinstance(node, dict) else None
+
+
+def _plain(node):
+    """An object; where it has a name beside a score, the score is by that name."""
+    texts = {key: part for key, part in node.items() if isinstance(part, str) and LABEL.search(folded(key))}
+    label = next(filter(str.strip, texts.values()), None)
+    score = next((key for key in node if folded(key) in SCORES), None)
+    if label is None or score is None:
+        return node
+    rest = {key: part for key, part in node.items() if key not in texts and key != score and folded(key) != "index"}
+    return rest | {label: node[score]}

@@ -29,4 +29,4 @@ class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
         return Corrective(obj)
 
     def finish(self, obj, prepared, outcome):
-        return f"Shape key '{prepared.write(obj, outcome)}' adds what the sliders of '{obj.name}' do not reach", []
+        return f"Shape key '{prepared.write(obj, outcome)}' of '{obj.name}' adds what sliders do not reach", []

@@ -59,12 +59,12 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
                 "which belong together"
             )
         notes = value_curves.write(obj, curves, self.replace)
+        rows = wording.counted(len(recorded.times), "frame")
+        told = [f"Read {rows} of {wording.counted(len(curves), 'shape key')} onto '{obj.name}'", recorded.clock]
         keyless = [name for name in recorded.names if name not in found]
         if keyless:
-            notes.append(f"No shape key for {wording.quoted(keyless, limit=12)}")
-        rows = wording.counted(len(recorded.times), "frame")
-        text = f"Read {rows} of {wording.counted(len(curves), 'shape key')} onto '{obj.name}'"
-        return text, [*recorded.notes, *notes]
+            told.append(f"No shape key for {wording.quoted(keyless, limit=12)}")
+        return told, [*recorded.notes, *notes]
 
     def _curves(self, recorded, found):
         """{key: (frames, values)}, of the columns that have any value."""
