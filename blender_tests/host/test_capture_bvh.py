@@ -10,12 +10,18 @@ from blender_tests.support import capture_files
 from blender_tests.support.capture_files import has_note
 from blender_tests.support.mesh_files import content_of
 
-MOVES = ("Xposition", "Yposition", "Zposition")
+MOVES, TURNS = ("Xposition", "Yposition", "Zposition"), ("Zrotation", "Xrotation", "Yrotation")
 #: In centimetres, Y up.
 LEG = ("Knee", (0.0, -45.0, 0.0), ("Xrotation",), [(None, (0.0, -42.0, 0.0), (), [])])
 HEAD = ("Head", (0.0, 25.0, 2.0), ("Yrotation", "Zrotation", "Xrotation"), [(None, (0.0, 20.0, 0.0), (), [])])
 SPINE = ("Chest", (0.0, 30.0, 0.0), ("Zrotation", "Xrotation", "Yrotation"), [HEAD])
 FIGURE = ("Hips", (0.0, 0.0, 0.0), (*MOVES, "Zrotation", "Yrotation", "Xrotation"), [LEG, SPINE])
+#: All bones lie along X at rest; where the legs turn by half a turn, it stands along the X of the hips.
+ALONG_X = ("Hips", (0, 0, 0), (*MOVES, *TURNS), [
+    ("Spine", (20, 0, 0), TURNS, [("Head", (40, 0, 0), (), [(None, (20, 0, 0), (), [])])]),
+    *[(f"{side}UpLeg", (0, 0, z), TURNS, [(f"{side}Leg", (42, 0, 0), (), [
+        (f"{side}Foot", (43, 0, 0), (), [(None, (5, 0, 0), (), [])])])]) for side, z in (("Left", 9), ("Right", -9))],
+])  # fmt: skip
 LABELS = ("Hips", "Knee", "Knee_end", "Chest", "Head", "Head_end")
 
 
@@ -67,7 +73,7 @@ def test_bvh_joints_are_where_the_chain_of_matrices_puts_them():
     assert np.abs(take.positions - np.stack([x, -z, y], axis=2)).max() < 1e-9
     assert take.labels == LABELS and take.is_skeleton
     assert take.rate_hz == 120.0
-    assert has_note(take, "centimeters are assumed") and has_note(take, "Y is assumed", "Head")
+    assert has_note(take, "centimeters are assumed") and has_note(take, "Y is assumed", "parts of the body")
 
 
 @pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"])
@@ -80,11 +86,23 @@ def test_bvh_channels_in_any_order_also_between_each_other(order):
     assert np.abs(take.positions[0, 1] - (matrix @ (0, 170, 0, 1))[:3]).max() < 1e-9
 
 
-def test_bvh_stands_up_by_its_spine():
-    z_up = ("Hips", (0, 0, 0), FIGURE[2], [("Spine", (0, 1, 60), ("Xrotation",), [(None, (0, 0, 60), (), [])])])
-    take = read_bvh(capture_files.bvh(z_up, [[0, 0, 90, 0, 0, 0, 0]]))
-    assert np.abs(take.positions[0, :, 2] - (0.9, 1.5, 2.1)).max() < 1e-9
-    assert has_note(take, "Z is assumed", "Spine")
+def rows(upright=(90, 0, 0), hips=(0, 95, 0), travel=(0, 0, 3), bent=0):
+    """The motion of ALONG_X, whose trunk is bent by a right angle in the first `bent` frames."""
+    motion = np.zeros((40, 15))
+    motion[:, :3] = np.add(hips, np.outer(np.arange(40), travel))
+    motion[:, 3:6], motion[:, [9, 12]], motion[:bent, 6] = upright, 180.0, -90.0
+    return motion
+
+
+@pytest.mark.parametrize("motion, head, foot", [
+    (rows(), 1.55, 0.10), (rows(bent=15), 1.55, 0.10), (rows()[:1], 1.55, 0.10),
+    (rows(upright=(0, 0, -90), hips=(0, 0, 95), travel=(3, 0, 0)), 1.55, 0.10),
+    (rows(upright=(0, 0, -90), hips=(0, 40, 0), travel=(0, 0, 8)), 0.40, 0.40),
+], ids=["rest along X", "begins crouching", "one frame", "Z up", "crawls"])  # fmt: skip
+def test_skeletons_stand_as_they_move_and_not_as_at_rest(motion, head, foot):
+    take = read_bvh(capture_files.bvh(ALONG_X, motion))
+    heights = dict(zip(take.labels, take.positions[-1, :, 2], strict=True))
+    assert heights["Head"] == pytest.approx(head) and heights["LeftFoot"] == heights["RightFoot"] == pytest.approx(foot)
 
 
 @pytest.mark.parametrize(

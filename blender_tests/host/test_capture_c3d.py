@@ -34,7 +34,7 @@ def test_c3d_gives_back_what_was_written(processor, scale, error, analog):
     take = read_c3d(content)
     assert take.labels == walker.LABELS
     assert take.rate_hz == 120.0
-    assert take.name == "take"
+    assert take.name == "take" and take.start_s == 341 / 120
     assert np.array_equal(np.isnan(take.positions), np.isnan(GAPPY))
     assert np.nanmax(np.abs(take.positions - GAPPY)) <= error
     assert take.left_out == {} and take.notes == ()
@@ -54,7 +54,7 @@ def test_samples_too_far_to_be_true_are_missing_and_noted():
     positions[4, 2, 1] = 3e30
     take = read_c3d(capture_files.c3d(walker.LABELS, positions))
     assert [tuple(place) for place in np.argwhere(~take.measured)] == [(4, 2)]
-    assert has_note(take, "1 samples", "10 km")
+    assert has_note(take, "1 of 160 samples", "10 km")
 
 
 def test_where_most_samples_are_too_far_the_file_is_refused():
@@ -158,13 +158,25 @@ def test_markers_that_were_never_seen_are_left_out():
     take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * walker.with_gaps(METRES, (2, 0, 20))))
     assert take.left_out == {"never seen": ("LASI",)}
     assert take.labels == tuple(label for label in walker.LABELS if label != "LASI")
-    with pytest.raises(MotionFileError, match="none of its 8 markers has a sample"):
+    with pytest.raises(MotionFileError, match="no marker has a sample"):
         read_c3d(capture_files.c3d(walker.LABELS, np.full((20, 8, 3), np.nan)))
+
+
+def test_where_no_named_marker_is_seen_the_unlabelled_points_are_the_markers():
+    unseen = np.where(np.arange(8)[:, None] < 3, np.nan, 1000.0 * METRES)
+    take = read_c3d(capture_files.c3d([*walker.LABELS[:3], *(f"*{number}" for number in range(5))], unseen))
+    assert take.labels == ("*0", "*1", "*2", "*3", "*4") and has_note(take, "unlabelled points are taken")
+    assert take.left_out == {"never seen": walker.LABELS[:3]}
+
+
+def test_rotations_alone_are_refused_by_the_names_of_their_segments():
+    with pytest.raises(MotionFileError, match=r"no points .only rotations of 3 segments, 'trunk', 'shin' and 'toe'"):
+        read_c3d(capture_files.c3d([], np.zeros((20, 0, 3)), groups={"ROTATION": {"LABELS": ["trunk", "shin", "toe"]}}))
 
 
 def test_a_file_of_model_outputs_alone_is_refused():
     content = capture_files.c3d(["A", "B"], METRES[:, :2], point={"ANGLES": ["A"], "POWERS": ["B"]})
-    with pytest.raises(MotionFileError, match=r"no marker.*1 angles, 1 powers"):
+    with pytest.raises(MotionFileError, match=r"no marker has a sample .1 angles, 1 powers"):
         read_c3d(content)
 
 

@@ -15,6 +15,9 @@ from blender_tests.support.mesh_files import path_of
 METRES = walker.positions()
 #: Of float32 at these sizes, in metres.
 FLOAT_ERROR = 5e-7
+#: Sitting, Z up, in metres: nobody stands on a floor here.
+SEATED = {"LSHO": (-0.18, 0.0, 0.9), "RSHO": (0.18, 0.0, 0.9), "HEAD": (0.0, 0.03, 1.1), "STERNUM": (0.0, 0.12, 0.8),
+          "LELB": (-0.3, 0.0, 0.7), "RELB": (0.3, 0.0, 0.7), "FRAMEL": (-0.25, -0.1, 0.45)}  # fmt: skip
 
 
 def read_c3d(content, **options):
@@ -24,11 +27,12 @@ def read_c3d(content, **options):
 # -- units and axes --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "unit, metres", [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Meters", 1.0), ("in", 0.0254), (" MM ", 0.001)]
-)
-def test_positions_are_in_metres_whatever_the_unit(unit, metres):
-    take = read_c3d(capture_files.c3d(walker.LABELS, METRES / metres, unit=unit))
+@pytest.mark.parametrize("unit, metres", [
+    ("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("Meters", 1.0), ("in", 0.0254), (" MM ", 0.001), (["cm"] * 8, 0.01),
+    (["deg", *["mm"] * 6, "m"], [*[0.001] * 7, 1.0]),
+])  # fmt: skip
+def test_positions_are_in_metres_whatever_the_unit_or_the_units_of_the_markers(unit, metres):
+    take = read_c3d(capture_files.c3d(walker.LABELS, METRES / np.reshape(metres, (-1, 1)), unit=unit))
     assert np.abs(take.positions - METRES).max() < FLOAT_ERROR
     assert take.notes == ()
 
@@ -59,11 +63,11 @@ def test_a_unit_of_choice_that_makes_no_person_is_followed_and_told():
     assert not has_note(read_c3d(capture_files.c3d(walker.LABELS, 100.0 * METRES), unit=0.01), "By the chosen unit")
 
 
-@pytest.mark.parametrize("told, factor", [("m", 1000.0), ("mm", 0.001), ("mm", 1.0)])
-def test_a_unit_that_cannot_be_true_is_followed_and_told(told, factor):
+@pytest.mark.parametrize("told, factor, meant", [("m", 1e3, 1), ("mm", 1.0, 1), ("mm", 100.0, 1), ("mm", 1e-3, 1e-6)])
+def test_a_unit_by_which_nobody_is_that_large_gives_way_to_one_that_fits_and_that_is_told(told, factor, meant):
     take = read_c3d(capture_files.c3d(walker.LABELS, factor * METRES, unit=told))
-    assert has_note(take, "By the file's unit", "choose another unit")
-    assert take.positions[0, 0, 2] == pytest.approx(factor * METRES[0, 0, 2] * units.METRES[told])
+    assert has_note(take, "By the file the subject is", "choose" if meant < 1 else "1.7 m is assumed")
+    assert take.positions[0, 0, 2] == pytest.approx(meant * METRES[0, 0, 2])
 
 
 def turned(up):
@@ -92,25 +96,34 @@ def test_up_comes_from_the_file_or_by_choice_and_nothing_is_mirrored(up):
 
 
 def test_a_silent_file_is_stood_upright_by_its_markers():
-    for up in "YZ":
-        take = read_c3d(capture_files.c3d(walker.LABELS, turned(up), unit="m", screen=None))
-        assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < FLOAT_ERROR
-        assert has_note(take, f"{up} is assumed", "floor")
+    for up in units.UP_AXES:
+        for labels in (walker.LABELS, "ABCDEFGH"):
+            take = read_c3d(capture_files.c3d(labels, turned(up), unit="m", screen=None))
+            assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < FLOAT_ERROR
+            assert has_note(take, f"{up} is assumed", "parts of the body")
 
 
-def test_where_markers_do_not_tell_the_custom_of_the_maker_does():
-    lying = METRES * (0.2, 0.2, 0.2) + 5.0
-    for company, up in (("Vicon", "Z"), ("Motion Analysis Corp.", "Y"), ("OptiTrack", "Y")):
-        groups = {"MANUFACTURER": {"COMPANY": company}}
-        take = read_c3d(capture_files.c3d(walker.LABELS, lying, unit="m", screen=None, groups=groups))
-        assert has_note(take, f"{up} is assumed")
-        assert take.positions[0, 0, 2] == pytest.approx(lying[0, 0, "XYZ".index(up)], abs=1e-5)
+@pytest.mark.parametrize("told, header", [(0.02, 0.06), (0.06, 0.02), (0.06, 0.06), (0.0, 0.06), (0.1, -0.1)])
+def test_of_two_scales_the_one_of_a_person_is_taken(told, header):
+    scale = header if header < 0.0 else 0.06
+    parts = {"point": {"SCALE": told}, "header": {"scale": header}}
+    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, scale=scale, **parts))
+    assert np.abs(take.positions - METRES).max() < 4e-5
+    assert has_note(take, "1.7 m is assumed") == (told == 0.02)
 
 
-def test_a_file_that_contradicts_its_markers_is_followed_and_told():
-    take = read_c3d(capture_files.c3d(walker.LABELS, METRES, unit="m", screen=("+X", "+Y")))
-    assert take.positions[0, 0, 2] == pytest.approx(METRES[0, 0, 1], abs=1e-5)
-    assert has_note(take, "Y is up", "Choose Z")
+@pytest.mark.parametrize("screen", [("-X", "-Z"), ("+X", "-Z"), ("+Y", "-Z"), ("+X", "+Y"), ("+X", "+Z")])
+def test_axes_of_the_screen_give_way_to_where_head_and_feet_are(screen):
+    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, screen=screen))
+    assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < 1e-6
+    assert has_note(take, f"says that {screen[1].lstrip('+')} is up: Z is taken") == (screen[1] != "+Z")
+
+
+@pytest.mark.parametrize("order", [(1, 2, 0), (0, 2, 1), (2, 0, 1), (0, 1, 2)])
+def test_a_seated_person_without_axes_sits_upright(order):
+    seated = np.array(list(SEATED.values())) + 0.03 * np.sin(np.arange(40)[:, None, None] / 4 + np.arange(7)[:, None])
+    take = read_c3d(capture_files.c3d(list(SEATED), 1000.0 * seated[..., order], screen=None))
+    assert np.abs(take.positions[..., 2] - seated[..., 2]).max() < 1e-6
 
 
 # -- what is no take -------------------------------------------------------------------------------------------------

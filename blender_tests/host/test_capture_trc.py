@@ -28,7 +28,7 @@ def test_trc_gives_back_what_was_written_upright_in_metres():
     assert take.rate_hz == 120.0
     assert np.array_equal(np.isnan(take.positions), np.isnan(gaps))
     assert np.nanmax(np.abs(take.positions - METRES)) < DECIMALS
-    assert has_note(take, "Y is assumed", "floor")
+    assert has_note(take, "Y is assumed", "parts of the body")
 
 
 def test_trc_with_z_up_is_seen_and_choice_overrules():
@@ -106,6 +106,21 @@ def test_trc_rows_with_more_columns_than_names():
     assert np.abs(take.positions - METRES).max() < DECIMALS
 
 
+def test_trc_points_without_names_whose_number_differs_from_row_to_row():
+    lines = capture_files.trc([""] * 4, 1000.0 * METRES[:, :4, [1, 2, 0]], keys={"NumMarkers": 0}).decode().split("\n")
+    lines[3:5] = ["Frame#\tTime\t", "\t\t"]
+    lines[6:-1] = ["\t".join(line.split("\t")[: 2 + 3 * (k % 5)]) for k, line in enumerate(lines[6:-1])]
+    take = read_trc("\n".join(lines).encode())
+    assert take.labels == ("Point 1", "Point 2", "Point 3", "Point 4")
+    assert np.array_equal(take.measured, np.arange(20)[:, None] % 5 > np.arange(4))
+    assert np.nanmax(np.abs(take.positions[..., 2] - METRES[:, :4, 2])) < 1e-6
+
+
+def test_trc_tells_when_it_starts_in_its_recording():
+    for begin, start in ((0.5, 0.5), (-1.0, 0.0), (36000.0, 0.0), (np.nan, 0.0), (1e300, 0.0)):
+        assert read_trc(capture_files.trc(walker.LABELS, 1000.0 * METRES, begin=begin)).start_s == start
+
+
 def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
     content = capture_files.trc(walker.LABELS, 1000.0 * Y_UP)
     take = read_trc(content[: content.index(b"\n8\t") + 30])
@@ -119,7 +134,7 @@ def test_trc_that_was_cut_off_gives_its_whole_rows_and_says_so():
         (lambda text: text.replace("PathFileType", "Path", 1), "'PathFileType'"),
         (lambda text: "\n".join(text.split("\n")[:2]), "line 2: the file ends in its header"),
         (lambda text: text.replace("Frame#", "Bild", 1), "line 4: the markers' names are missing"),
-        (lambda text: "\n".join(["\t".join(line.split("\t")[:2]) for line in text.split("\n")]), "names no marker"),
+        (lambda text: "\n".join(["\t".join(line.split("\t")[:2]) for line in text.split("\n")]), "nor a row has"),
         (lambda text: "\n".join(text.split("\n")[:6]), "line 5: there is no whole frame"),
         (lambda text: text.replace("\n3\t", "\ndrei\t", 1), "line 9: 'drei' is no number"),
         (lambda text: text.replace("\n3\t", "\n3\t0\t0\t", 1), "line 9: it has 28 numbers where there must be 26"),

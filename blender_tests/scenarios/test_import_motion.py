@@ -126,12 +126,14 @@ def test_a_marker_that_is_never_seen_gets_no_empty(tmp_path):
 
 def test_several_files_at_once(tmp_path):
     labels, positions = take_files.waves()
-    for name in ("one.trc", "two.trc"):
-        take_files.write_trc(tmp_path / name, labels, positions)
+    for name, begin in (("one.trc", 0.0), ("two.trc", 0.5)):
+        (tmp_path / name).write_bytes(capture_files.trc(labels, positions, unit="m", begin=begin))
     files = [{"name": "one.trc"}, {"name": "two.trc"}]
     assert bpy.ops.meanvalue.import_motion(files=files, directory=str(tmp_path), up_axis='Z') == {'FINISHED'}
     assert [collection.name for collection in bpy.data.collections] == ["one", "two"]
     assert all(len(collection.objects) == 5 for collection in bpy.data.collections)
+    first = [take_files.keys(collection.objects[0], "location")[0, 0] for collection in bpy.data.collections]
+    assert first == [1.0, 13.0], "half a second later"
 
 
 def test_one_undo_takes_all_of_it_back(tmp_path):

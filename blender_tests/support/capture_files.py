@@ -123,9 +123,10 @@ def _padded(raw):
     return raw.ljust(-(-len(raw) // BLOCK) * BLOCK, b"\0")
 
 
-def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, digits=None, keys=None):
+def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, digits=None, keys=None,
+        begin=0.0):  # fmt: skip
     """The bytes of a TRC file; `positions` as for c3d(), NaN becomes blank cells; `digits`: significant ones, in
-    place of `decimals`; `keys`: header values to replace."""
+    place of `decimals`; `keys`: header values to replace; `begin`: seconds of the first frame."""
     positions = np.asarray(positions, np.float64)
     header = {
         "DataRate": f"{rate:g}",
@@ -145,7 +146,7 @@ def trc(labels, positions, *, rate=100.0, unit="mm", first_frame=1, decimals=5, 
     form = f".{decimals}f" if digits is None else f".{digits}g"
     for number, frame in enumerate(positions):
         cells = ["" if np.isnan(value) else format(value, form) for value in frame.ravel()]
-        lines.append("\t".join([str(first_frame + number), f"{number / rate:.5f}", *cells]))
+        lines.append("\t".join([str(first_frame + number), f"{begin + number / rate:.5f}", *cells]))
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -2,7 +2,6 @@
 """Reads BVH files: each joint and end site becomes a marker, where forward kinematics puts it."""
 
 import re
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from ...errors import MotionFileError
 from . import bvh_hierarchy, units
 from .bvh_hierarchy import Joint
 from .recording import Recording, Take, usable_rate
-from .text_lines import Lines, number_in, quoted
+from .text_lines import Lines, number_in
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
@@ -27,8 +26,8 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         )
     with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
         positions = joint_positions(joints, motion)
-        rest = joint_positions(joints, np.zeros((1, channels)))[0]
-    return _Skeleton(
+        rest = joint_positions(joints, np.zeros((1, channels)))
+    return Recording(
         file=file,
         rate_hz=rate,
         usual_rate=30.0,
@@ -37,30 +36,8 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         usual_up=("Y", "as most BVH files have it"),
         notes=notes,
         is_skeleton=True,
-        rest=rest,
+        extent=units.median_extent(rest),
     ).take(up_axis, unit)
-
-
-@dataclass
-class _Skeleton(Recording):
-    """A recording whose rest pose tells size and upright axis."""
-
-    #: (j, 3) in the file's unit and axes.
-    rest: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-
-    def spread(self, positions):
-        return units.median_extent(self.rest[None])
-
-    def seen_up(self, positions):
-        """The axis from the hips to the head in the rest pose, where that is clear."""
-        for wanted in ("head", "neck", "chest", "spine"):
-            for index in (index for index, label in enumerate(self.labels) if wanted in label.lower()):
-                up = self.rest[index] - self.rest[0]
-                axis = int(np.argmax(np.abs(up)))
-                if np.abs(up[axis]) > 0.8 * np.linalg.norm(up) > 0.0:
-                    why = f"along which {quoted(self.labels[index])} is above the hips"
-                    return ("-" if up[axis] < 0.0 else "") + "XYZ"[axis], why
-        return super().seen_up(positions)
 
 
 def joint_positions(joints: list[Joint], motion: np.ndarray) -> np.ndarray:

@@ -7,10 +7,12 @@ section starts from before a file was edited): what fits the file's size is take
 
 import itertools
 import math
+from collections import namedtuple
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import wording
 from ...errors import MotionFileError
 from . import model_outputs, units
 from .c3d_parameters import BLOCK, NUMBER_FORMATS, Parameters
@@ -19,8 +21,6 @@ from .recording import Recording, Take, usable_rate
 MAGIC = 0x50
 LONGEST = 65535
 AGAIN = "The file is damaged or cut off: export or copy it again"
-#: Makers whose files have Y up where they do not say it.
-Y_UP_MAKERS = ("motion analysis", "optitrack", "naturalpoint")
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
@@ -30,28 +30,23 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     layout, notes = _find_layout(header, parameters, len(data), file)
     labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
+    positions, rate = _positions(data, numbers, layout), usable_rate(parameters.number("POINT", "RATE"), header.rate)
     return Recording(
         file=file,
-        rate_hz=usable_rate(parameters.number("POINT", "RATE"), header.rate),
+        rate_hz=rate,
         labels=labels,
         kinds=model_outputs.kinds(labels, model_outputs.listed_in(parameters)),
-        positions=_positions(data, numbers, layout),
-        unit=parameters.string("POINT", "UNITS"),
+        positions=positions,
+        unit=_unit(parameters.strings("POINT", "UNITS"), positions),
         up_axis=_screen_up(parameters),
-        usual_up=_usual_up(parameters),
+        usual_up=("Z", "as most C3D files have it"),
         notes=notes,
+        other_scale=header.scale / layout.scale if header.scale > 0.0 < layout.scale else 1.0,
+        start_s=((_field_number(parameters, "ACTUAL_START_FIELD") or header.first or 1) - 1) / (rate or 1.0),
     ).take(up_axis, unit)
 
 
-@dataclass(frozen=True)
-class _Header:
-    points: int
-    analog: int
-    first: int
-    last: int
-    data_start: int
-    scale: float
-    rate: float
+_Header = namedtuple("_Header", "points analog first last data_start scale rate")
 
 
 @dataclass(frozen=True)
@@ -108,10 +103,11 @@ def _find_layout(header, parameters, size, file):
     """
     candidates = list(_candidates(header, parameters))
     if not candidates:
-        raise MotionFileError(
-            f"{file}: it has no points ({header.points} of them, frames {header.first} to {header.last}, scale "
-            f"{header.scale:g}). Export the take with its marker trajectories"
-        )
+        segments = parameters.all_strings("ROTATION", "LABELS")
+        only = f"{header.points} of them, frames {header.first} to {header.last}, scale {header.scale:g}"
+        if segments:
+            only = f"only rotations of {len(segments)} segments, {wording.quoted(segments)}"
+        raise MotionFileError(f"{file}: it has no points ({only}). Export the take with its marker trajectories")
     fitting = [layout for layout in candidates if layout.left_over(size) >= 0]
     exact = [layout for layout in fitting if layout.left_over(size) < BLOCK]
     layout = (exact or fitting or candidates)[0]
@@ -154,6 +150,17 @@ def _candidates(header, parameters):
             yield _Layout(points, analog, frames, (block - 1) * BLOCK, float(scale))
 
 
+def _unit(names, positions):
+    """The unit of (f, m, 3) positions by one name for all or a name for each; what has another unit is brought to the
+    first that is known."""
+    metres = [units.metres_in(name) for name in names]
+    first = next((one for one in metres if one), None)
+    for number, one in enumerate(metres[: positions.shape[1]]):
+        if one and one != first:
+            positions[:, number] *= one / first
+    return names[metres.index(first)] if first else " ".join(names)
+
+
 def _distinct(*values):
     return list(dict.fromkeys(int(value) for value in values if value is not None and math.isfinite(value)))
 
@@ -185,10 +192,3 @@ def _screen_up(parameters):
     across, up = (parameters.string("POINT", name).upper().lstrip("+") for name in ("X_SCREEN", "Y_SCREEN"))
     is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
     return up if is_told else None
-
-
-def _usual_up(parameters):
-    maker = f"{parameters.string('MANUFACTURER', 'COMPANY')} {parameters.string('MANUFACTURER', 'SOFTWARE')}".lower()
-    if any(name in maker for name in Y_UP_MAKERS):
-        return "Y", "as files of this maker have it"
-    return "Z", "as most C3D files have it"

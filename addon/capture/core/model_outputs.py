@@ -50,10 +50,7 @@ def listed_in(parameters) -> dict[str, str]:
 def kinds(labels: list[str], listed: dict[str, str] | None = None) -> list[str | None]:
     """For each label its kind, None for a marker. `listed`: {label: kind} that the file itself tells."""
     known = {**(listed or {}), **_segment_axes(labels), "": None}
-    found = [known.get(label) or _kind_by_name(label) for label in labels]
-    if None not in found:  # where nobody gave names, points without are the markers
-        found = [None if kind == UNLABELLED else kind for kind in found]
-    return found
+    return [known.get(label) or _kind_by_name(label) for label in labels]
 
 
 def _kind_by_name(label):

@@ -7,14 +7,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import MotionFileError
-from . import units
+from . import units, upright
+from .model_outputs import UNLABELLED
 
 #: Meters from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
-#: Meters that a subject may have, from a face to several people: beyond that its unit is in doubt.
-PLAUSIBLE = (0.1, 10.0)
+#: Meters that a subject may have, from a face to several people, that a person from head to hips may, and that most do.
+PLAUSIBLE, PERSON, USUAL = (0.1, 10.0), (0.3, 3.0), 1.7
 #: Letters of a label that are kept.
 LONGEST_LABEL = 120
+#: Seconds from the start of a recording to a file: longer ones are times of the day.
+LONGEST_START = 3600.0
 #: Frames a second that can be.
 RATES = (1e-3, 1e6)
 
@@ -37,15 +40,12 @@ class Take:
     notes: tuple[str, ...] = ()
     #: Of BVH: the labels are joints of a skeleton.
     is_skeleton: bool = False
+    #: Of the first sample, in the recording that the file is a part of.
+    start_s: float = 0.0
 
     @property
     def frames(self) -> int:
         return self.positions.shape[0]
-
-    @property
-    def seconds(self) -> float:
-        """From the first sample to the last."""
-        return max(self.frames - 1, 0) / self.rate_hz
 
     @property
     def measured(self) -> np.ndarray:
@@ -82,44 +82,54 @@ class Recording:
     notes: list[str] = field(default_factory=list)
     #: The points are joints: they are never missing.
     is_skeleton: bool = False
+    #: How large the subject is at least, in units of the file.
+    extent: float = 0.0
+    #: What another part of the file multiplies the positions with.
+    other_scale: float = 1.0
+    #: As in a Take, or no usable time.
+    start_s: float = 0.0
 
     def take(self, up_axis: str | None, unit: float | None) -> Take:
         """In metres, Z up; `up_axis` and `unit` overrule the file. Raises MotionFileError where nothing is left."""
-        left_out = {}
-        labels, positions = self._markers(left_out)
+        left_out, rate = {}, self.rate_hz or self.usual_rate
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
-            self._clean(positions)
-            positions *= self._metres(positions, unit)
-            positions = units.turn_up(positions, self._up(positions, up_axis))
+            self._clean(self.positions)
+            labels, positions = self._markers(left_out)
+            up, span = upright.by_names(labels, positions)
+            positions *= self._metres(positions, PERSON if span > 0.5 else PLAUSIBLE, unit)
+            positions = units.turn_up(positions, self._up(up or upright.by_floor(positions), up_axis))
         self._drop_damaged(positions)
-        labels, positions = self._seen(self._unique(labels), positions, left_out)
         positions.flags.writeable = False
         if self.rate_hz is None:
             self.notes.append(f"The file names no usable rate: {self.usual_rate:g} frames a second are assumed")
         return Take(
             name=self.file.rpartition(".")[0] or self.file,
-            rate_hz=self.rate_hz or self.usual_rate,
-            labels=labels,
+            rate_hz=rate,
+            labels=self._unique(labels),
             positions=positions,
             left_out={kind: tuple(names) for kind, names in left_out.items()},
             notes=tuple(self.notes),
             is_skeleton=self.is_skeleton,
+            start_s=round(self.start_s * rate) / rate if 0.0 < self.start_s < LONGEST_START else 0.0,
         )
 
     def _markers(self, left_out):
-        """(labels, positions) without what is no marker, which goes to `left_out`."""
-        if not any(self.kinds):
+        """(labels, positions) of the markers that are seen; what else there is goes to `left_out`."""
+        seen = ~np.isnan(self.positions[..., 0]).all(axis=0)
+        if self.is_skeleton and seen.any():
             return self.labels, self.positions
-        for label, kind in zip(self.labels, self.kinds, strict=True):
+        kinds = np.array(self.kinds or [None] * len(self.labels), object)
+        if (kinds[seen] == UNLABELLED).any() and None not in kinds[seen]:
+            kinds[kinds == UNLABELLED] = None
+            self.notes.append("No marker with a name is ever seen: the unlabelled points are taken as markers")
+        kinds[np.equal(kinds, None) & ~seen] = "never seen"
+        for label, kind in zip(self.labels, kinds, strict=True):
             if kind is not None:
                 left_out.setdefault(kind, []).append(label)
-        chosen = [number for number, kind in enumerate(self.kinds) if kind is None]
-        if not chosen:
+        if None not in kinds:
             counts = ", ".join(f"{len(names)} {kind}" for kind, names in left_out.items())
-            raise MotionFileError(
-                f"{self.file}: it has no marker, only what a model computed ({counts}). Export the take with its "
-                "marker trajectories"
-            )
+            raise MotionFileError(f"{self.file}: no marker has a sample ({counts}). Export it with marker trajectories")
+        chosen = [number for number, kind in enumerate(kinds) if kind is None]
         return [self.labels[number] for number in chosen], self.positions[:, chosen]
 
     def _clean(self, positions):
@@ -131,55 +141,47 @@ class Recording:
             missing |= ~positions.any(axis=2)
         positions[missing] = np.nan
 
-    def _metres(self, positions, chosen):
-        """Meters for one unit of the file."""
+    def _metres(self, positions, sizes, chosen):
+        """Meters for one unit of the positions, as chosen or as the file says, unless that makes no subject of sizes,
+        (least, most) meters."""
         if chosen is not None and not (np.isfinite(chosen) and chosen > 0.0):
             raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
-        told = units.metres_in(self.unit)
-        if self.unit and told is None:
-            self.notes.append(f"The file's unit '{self.unit[:LONGEST_LABEL]}' is not known")
-        spread = self.spread(positions)
-        fits, words = units.guess_unit(spread)
-        metres = told if chosen is None else chosen
-        if metres is None:
-            self.notes.append(f"The file names no unit: {words}. Choose another unit if the size is wrong")
+        extent = max(self.extent, units.median_extent(positions))
+        fits, words = units.guess_unit(extent)
+        told = chosen or units.metres_in(self.unit)
+        if told is None:
+            why = f"Its unit '{self.unit[:LONGEST_LABEL]}' is not known" if self.unit else "The file names no unit"
+            self.notes.append(f"{why}: {words}. Choose another unit if the size is wrong")
             return fits
-        extent = metres * spread
-        if extent > 0.0 and not PLAUSIBLE[0] <= extent <= PLAUSIBLE[1]:
-            whose = "the file's unit" if chosen is None else "the chosen unit"
-            self.notes.append(
-                f"By {whose} the subject is {units.length(extent)} large. A person would fit {fits:.4g} m for a unit "
-                "of the file; choose another unit if this is one"
-            )
+
+        def is_believable(way):
+            return sizes[0] <= extent * way <= sizes[1]
+
+        ways = [way for way in (told, told * self.other_scale) if is_believable(way)]
+        ways = ways or [fits if chosen is None and is_believable(fits) else told]
+        metres = min(ways, key=lambda way: abs(np.log(extent * way / USUAL))) if extent else told
+        by_it = f"By the {'chosen unit' if chosen else 'file'} the subject is {units.length(extent * told)} large"
+        if metres != told:
+            self.notes.append(f"{by_it}: {units.length(extent * metres)} is assumed. Choose a unit if that is wrong")
+        elif extent and not is_believable(told):
+            self.notes.append(f"{by_it}. A person would fit {fits:.4g} m for a unit: choose it if this is one")
         return float(metres)
 
-    def spread(self, positions):
-        """The largest extent of the subject in units of the file, about its height; 0 where there is nothing."""
-        return units.median_extent(positions)
-
-    def _up(self, positions, chosen):
-        """`positions` in metres, in the axes of the file."""
+    def _up(self, seen, chosen):
+        """The axis that is up: as the artist chose, else as is seen, else as the file says, else by custom."""
         if chosen is not None:
             if chosen not in units.UP_AXES:
                 raise MotionFileError(f"'{chosen}' is no axis. Choose which is up among {', '.join(units.UP_AXES)}")
             return chosen
-        seen, why = self.seen_up(positions)
-        if self.up_axis is not None:
-            if seen is not None and seen != self.up_axis:
-                self.notes.append(
-                    f"The file says that {self.up_axis} is up, but {seen} is the axis {why}. Choose {seen} as up axis "
-                    "if the subject lies down"
-                )
-            return self.up_axis
-        if seen is None:
-            seen, why = self.usual_up
-        self.notes.append(f"The file does not say which axis is up: {seen} is assumed, {why}")
-        return seen
-
-    def seen_up(self, positions):
-        """(axis, why) by the positions, (f, m, 3) in metres; (None, "") where they leave it open."""
-        seen = units.likely_up(positions)
-        return seen, "along which the markers stand on a floor" if seen else ""
+        up, why = (seen, "by where the parts of the body are") if seen else self.usual_up
+        if self.up_axis is None:
+            self.notes.append(f"The file does not say which axis is up: {up} is assumed, {why}")
+        elif seen and seen != self.up_axis:
+            self.notes.append(
+                f"The file says that {self.up_axis} is up: {up} is taken, {why}. Choose {self.up_axis} as up axis if "
+                "the subject lies down or stands on its hands"
+            )
+        return seen or self.up_axis or up
 
     def _drop_damaged(self, positions):
         measured = ~np.isnan(positions[..., 0])
@@ -187,13 +189,11 @@ class Recording:
         count, total = int(far.sum()), int(measured.sum())
         if count == 0:
             return
+        what = f"{count} of {total} samples are more than {FARTHEST / 1000.0:g} km from the origin"
         if count > total // 2:
-            raise MotionFileError(
-                f"{self.file}: {count} of {total} samples are more than {FARTHEST / 1000.0:g} km from the origin. The "
-                "file is damaged, or its unit is wrong: export it again, or choose the unit"
-            )
+            raise MotionFileError(f"{self.file}: {what}. Choose the unit if it is wrong, or export the file again")
         positions[far] = np.nan
-        self.notes.append(f"{count} samples more than {FARTHEST / 1000.0:g} km from the origin are taken as missing")
+        self.notes.append(f"{what}, and are taken as missing")
 
     def _unique(self, labels):
         """The labels; none is empty, none is there twice. What was changed is noted."""
@@ -212,20 +212,6 @@ class Recording:
         if renamed:
             self.notes.append(f"{len(renamed)} markers had the name of another and got a number, as '{renamed[-1]}'")
         return tuple(unique)
-
-    def _seen(self, labels, positions, left_out):
-        """Without the markers that have no sample at all, which go to `left_out`."""
-        seen = ~np.isnan(positions[..., 0]).all(axis=0)
-        if not seen.any() or positions.shape[0] == 0:
-            raise MotionFileError(
-                f"{self.file}: none of its {len(labels)} markers has a sample in any of {positions.shape[0]} frames. "
-                "Export the take again, with its trajectories"
-            )
-        if not self.is_skeleton and not seen.all():
-            left_out["never seen"] = [label for label, keep in zip(labels, seen, strict=True) if not keep]
-            labels = tuple(label for label, keep in zip(labels, seen, strict=True) if keep)
-            positions = positions[:, seen]
-        return labels, positions
 
 
 def usable_rate(*told: float | None) -> float | None:

@@ -20,10 +20,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     keys = _keys(lines)
     labels = _labels(lines, keys)
     notes = []
-    table, nameless = _table(lines, len(labels), keys, notes)
-    if nameless:
-        notes.append(f"Rows have more columns than the {len(labels)} names need: {nameless} points have no name")
-        labels += [""] * nameless
+    table = _table(lines, labels, keys, notes)
     return Recording(
         file=file,
         rate_hz=_rate(keys, table[:, 1], notes),
@@ -33,6 +30,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         unit=keys.get("units", ""),
         usual_up=("Y", "as OpenSim and most TRC files have it"),
         notes=notes,
+        start_s=float(np.nan_to_num(table[0, 1])),
     ).take(up_axis, unit)
 
 
@@ -57,7 +55,7 @@ def _labels(lines, keys):
         lines.fail("the markers' names are missing, a line that begins with 'Frame#'")
     entries = [cell.strip() for cell in line.split("\t")]
     told = number_in(keys.get("nummarkers", ""))
-    columns = lines.next_filled() or ""
+    columns = (lines.next_filled() if any(entries[2:]) else lines.next()) or ""  # of no names the cells are blank
     by_columns = entries[2::3]
     while by_columns and not by_columns[-1]:
         by_columns.pop()
@@ -66,26 +64,29 @@ def _labels(lines, keys):
     labels = next((reading for reading in readings if len(reading) == told), by_columns)
     if told is not None and len(labels) < told <= len(columns.split()) // 3:
         labels = labels + [""] * (int(told) - len(labels))
-    if not labels:
-        lines.fail("the header names no marker", "Export the take with its markers")
     return labels
 
 
-def _table(lines, markers, keys, notes):
-    """((f, 2 + 3 m) float64: number of the frame, time, coordinates, NaN for blank cells; how many of the m the header
-    has no names for, though the first row has columns for them)."""
+def _table(lines, labels, keys, notes):
+    """(f, 2 + 3 m) float64: number of the frame, time, coordinates, NaN for blank cells. Points that rows have beyond
+    the labels are added to these without a name."""
     rows = lines.filled()
     told = number_in(keys.get("numframes", ""))
     told = int(told) if told is not None and math.isfinite(told) else None
-    width = 2 + 3 * markers
-    nameless = max(0, -(-(len(cells(rows[0][1], width)) - width) // 3)) if rows else 0
-    width += 3 * nameless
+    width = 2 + 3 * len(labels)
+    nameless = max((len(cells(line, width)) - width for _, line in rows), default=0) // 3
+    if nameless > 0 and labels:
+        notes.append(f"Rows have more columns than the {len(labels)} names need: {nameless} points have no name")
+    labels += [""] * nameless
+    if not labels:
+        lines.fail("neither the header nor a row has a marker", "Export the take with its markers")
+    width = 2 + 3 * len(labels)
     if len(rows) * width > 16 * sum(len(line) + 64 for _, line in rows):  # short rows must not fill the memory
         lines.fail(f"the rows are much shorter than the {width // 3} markers in the header need")
     table = lines.table(rows, width, told, notes)
     if np.isnan(table[0, 0]):
         lines.fail("the first row has no frame number", number=rows[0][0])
-    return table, nameless
+    return table
 
 
 def _rate(keys, times, notes):

@@ -50,19 +50,16 @@ def turn_up(positions: np.ndarray, up_axis: str) -> np.ndarray:
     return positions if up_axis == "Z" else positions @ np.array(_TURNS[up_axis], np.float64).T
 
 
-def _lowest_and_highest(positions):
-    """(g, 3) minima and maxima over the markers of (f, m, 3), in FEW frames that have any."""
-    few = positions[:: max(1, -(-len(positions) // FEW))]
-    few = few[(~np.isnan(few[..., 0])).any(axis=1)]
-    if few.size == 0:
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    return np.nanmin(few, axis=1), np.nanmax(few, axis=1)
+def few(positions: np.ndarray) -> np.ndarray:
+    """At most FEW of the frames of (f, m, 3), evenly spread, that have any marker."""
+    some = positions[:: max(1, -(-len(positions) // FEW))]
+    return some[(~np.isnan(some[..., 0])).any(axis=1)]
 
 
 def median_extent(positions: np.ndarray) -> float:
     """The largest side of the box around all markers, as it is in half of the frames; 0 without markers."""
-    low, high = _lowest_and_highest(positions)
-    return float(np.median((high - low).max(axis=1))) if len(low) else 0.0
+    some = few(positions)
+    return float(np.median((np.nanmax(some, axis=1) - np.nanmin(some, axis=1)).max(axis=1))) if some.size else 0.0
 
 
 def guess_unit(extent: float) -> tuple[float, str]:
@@ -76,19 +73,3 @@ def guess_unit(extent: float) -> tuple[float, str]:
 def length(metres: float) -> str:
     """Meters as people say it: "1.4 cm", "1.75 m"."""
     return f"{100.0 * metres:.2g} cm" if metres < 0.995 else f"{metres:.3g} m"
-
-
-def likely_up(positions: np.ndarray) -> str | None:
-    """'Y' or 'Z' if just along one of them the markers, (f, m, 3) in metres, stand on a floor at 0; else None.
-
-    Feet stay near the floor in nearly every frame and heads far above it; sideways everything moves or is centered.
-    """
-    low, high = _lowest_and_highest(positions)
-    if len(low) == 0:
-        return None
-    few = len(low) // 20  # frames that may be otherwise, at either end
-    lows, highs = np.sort(low, axis=0), np.sort(high, axis=0)
-    steady = (lows[few] > -0.15) & (lows[-1 - few] < 0.35)
-    tall = (highs[few] > 0.7) & (highs[-1 - few] < 2.8)
-    stands = steady & tall
-    return "YZ"[int(stands[2])] if stands[1] != stands[2] else None  # nobody has X up

@@ -45,11 +45,8 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         description="What the file counts lengths in",
         items=(
             (FROM_FILE, "From File", "As the file says"),
-            ('METRES', "Meters", "The file counts in meters"),
-            ('CENTIMETRES', "Centimeters", "The file counts in centimeters"),
-            ('MILLIMETRES', "Millimeters", "The file counts in millimeters"),
-            ('INCHES', "Inches", "The file counts in inches"),
-            ('FEET', "Feet", "The file counts in feet"),
+            *((name.upper().replace("METERS", "METRES"), name, f"The file counts in {name.lower()}")
+              for name in ("Meters", "Centimeters", "Millimeters", "Inches", "Feet")),
         ),
         default=FROM_FILE,
     )
@@ -65,7 +62,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         ),
         default='SCENE',
     )
-    start_frame: bpy.props.IntProperty(name="Start Frame", description="Frame of the first sample", default=1)
+    start_frame: bpy.props.IntProperty(name="Start Frame", description="Frame of the start of the recording", default=1)
     extend_range: bpy.props.BoolProperty(
         name="Extend Range", description="Have the scene play all frames of the take that show a marker", default=True
     )
@@ -119,7 +116,8 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             else:
                 rate = scene.render.fps / scene.render.fps_base
             for take in read:
-                frames.append(self.start_frame + np.arange(take.frames) * (rate / take.rate_hz))  # fractional ones, too
+                start = self.start_frame + take.start_s * rate
+                frames.append(start + np.arange(take.frames) * (rate / take.rate_hz))  # fractional ones, too
                 made.append(takes.make(take, frames[-1], self.scale))
         except BaseException:
             scene.render.fps, scene.render.fps_base = former
@@ -165,7 +163,8 @@ def _account(take, collection, frames):
     kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
     return [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
-        f"{wording.counted(take.frames, 'sample')}, {take.seconds:.2f} s at {take.rate_hz:g} Hz",
+        f"{wording.counted(take.frames, 'sample')}, {(take.frames - 1) / take.rate_hz:.2f} s at {take.rate_hz:g} Hz",
+        *([f"The file is of its recording from {take.start_s:g} s on"] if take.start_s else []),
         f"Markers are seen from frame {first:g} to {last:g}",
         f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "No gaps",
         *([f"Left out, since they are no markers: {kinds}"] if kinds else []),

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which axis of a capture is up: by where the parts of the body are while they move."""
+
+import re
+
+import numpy as np
+
+from . import units
+
+#: What names have in them: the height over that of the standing body. What fits first counts.
+_HEIGHTS = tuple((re.compile(words), height) for words, height in (
+    (r"(?<!h)ank|mal(l|$)|(?<!w)heel|hee$|foot|toe|mt\d|metat|calc|cal$", 0.03), ("shank|shin|tib|fib", 0.2),
+    ("pelvi|hip|asi|psi|sacr|waist|up_?leg|upper_?leg", 0.55), ("thigh|thi$|fem", 0.42), ("kne|leg", 0.28),
+    ("wri|wr[ab]$|hand|styl", 0.48), ("elb|epicond", 0.63), ("head|skull|nose|[fb]hd", 0.94), ("neck|c7$", 0.85),
+    ("should|sho(?!e)|acr|clav|collar|scap", 0.81), ("chest|stern|strn|thora|^tv?10$", 0.74), ("spine|back|bak$", 0.67),
+))  # fmt: skip
+#: The share of markers whose heights must be known; the cosine of the angle to an axis within which a body is along it;
+#: who travels farther than that along the body than across, in heights of it, crawls.
+KNOWN, ALONG, CRAWLS = 0.2, 0.7, 0.6
+
+
+def by_names(labels, positions):
+    """(axis, span): one of units.UP_AXES, along which what is higher on a body by its name is higher in most frames;
+    None without such names, or where that is not clear. And how much of the height the named parts span.
+
+    labels  m names; positions  (f, m, 3), NaN for what is missing.
+    """
+    names = [label[-100:].rsplit(":", 1)[-1].casefold() for label in labels]
+    heights = np.array([next((height for words, height in _HEIGHTS if words.search(name)), np.nan) for name in names])
+    levels = np.unique(heights[~np.isnan(heights)])
+    if np.isnan(heights).mean() > 1.0 - KNOWN:
+        return None, 0.0
+    parts = [units.few(positions)[:, heights == level] for level in levels]
+    middles = np.stack([np.nansum(part, axis=1) / (~np.isnan(part)).sum(axis=1) for part in parts])
+    is_often_seen = np.isfinite(middles).all(axis=2).mean(axis=1) > 0.5
+    levels, middles = levels[is_often_seen], middles[is_often_seen]
+    middles = middles[:, np.isfinite(middles).all(axis=(0, 2))]
+    if len(levels) < 2 or middles.shape[1] == 0:
+        return None, 0.0
+    ways = np.tensordot(levels - levels.mean(), middles, 1) / (levels @ (levels - levels.mean()))
+    lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
+    mean, travel = np.median(ways / lengths, axis=0), np.ptp(middles.mean(axis=0), axis=0)
+    axis = int(np.argmax(np.abs(mean)))
+    crawls = travel[axis] > np.delete(travel, axis).max() + CRAWLS * np.median(lengths)
+    up = ("-" if mean[axis] < 0.0 else "") + "XYZ"[axis] if np.abs(mean[axis]) > ALONG and not crawls else None
+    return up, np.ptp(levels)
+
+
+def by_floor(positions):
+    """The one axis along which the markers, (f, m, 3) in metres, stand on a floor at 0, or None: feet stay near it in
+    nearly every frame and heads far above it; sideways everything moves or is centered."""
+    found, few = [], units.few(positions)
+    for up in units.UP_AXES if len(few) else ():
+        heights = units.turn_up(few, up)[..., 2]
+        lows, highs = (np.quantile(ends(heights, axis=1), [0.05, 0.95]) for ends in (np.nanmin, np.nanmax))
+        if lows[0] > -0.15 and lows[1] < 0.35 and highs[0] > 0.7 and highs[1] < 2.8:
+            found.append(up)
+    return found[0] if len(found) == 1 else None
