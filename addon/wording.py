@@ -55,12 +55,7 @@ def quoted(names, limit=3):
 
 def sentence(text):
     """First letter in upper case, the rest untouched, one full stop."""
-    return first_upper(text).rstrip(".") + "."
-
-
-def first_upper(text):
-    """First letter in upper case, the rest untouched."""
-    return text[:1].upper() + text[1:]
+    return text[:1].upper() + text[1:].rstrip(".") + "."
 
 
 def stage(name):

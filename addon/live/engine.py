@@ -42,9 +42,9 @@ def _draw_what_is_quiet():
 
 
 def frame_changed(depsgraph):
-    if depsgraph.mode == 'RENDER':
-        if _is_rendering:
-            _look_at_rendered(depsgraph)
+    if depsgraph.mode == 'RENDER':  # on the thread that renders: only looks, and leaves all else to the main thread
+        for key, obj, follower in roll.known() if _is_rendering else ():
+            render_notes.look(key, obj, follower, depsgraph)
         return
     if _is_idle():
         return
@@ -67,12 +67,6 @@ def _is_idle():
     """Whether there is nothing that follows, or was ever shown: the updates, which Blender finds by going through all
     that is in the scene, are not asked for then."""
     return not (roll.has_any() or object_model.has_any())
-
-
-def _look_at_rendered(depsgraph):
-    """On the thread that renders: only looks, and leaves followers and jobs to the main thread."""
-    for key, obj, follower in roll.known():
-        render_notes.look(key, obj, follower, depsgraph)
 
 
 def _take_note(depsgraph):

@@ -20,15 +20,9 @@ def positions(obj):
     """
     depsgraph = bpy.context.view_layer.depsgraph  # as it is: drawing must not evaluate anything
     evaluated = obj.evaluated_get(depsgraph).data if depsgraph is not None else obj.data
-    count = len(obj.data.vertices)
-    if len(evaluated.vertices) == count or (len(evaluated.vertices) > count and _are_first(obj)):
+    count, shown = len(obj.data.vertices), {each.type for each in obj.modifiers if each.show_viewport}
+    if len(evaluated.vertices) == count or (len(evaluated.vertices) > count and shown <= _APPENDING | _MOVING):
         return mesh_arrays.vertex_positions(evaluated)[:count]
     key = shape_keys.result(obj)
     result = shape_keys.result_positions(obj) if key and key.value > 0.0 and not key.mute else None
     return shape_keys.rest_positions(obj.data) if result is None else result
-
-
-def _are_first(obj):
-    """Whether the mesh's own vertices are the first ones of what the modifiers make."""
-    shown = [modifier for modifier in obj.modifiers if modifier.show_viewport]
-    return all(modifier.type in _APPENDING or modifier.type in _MOVING for modifier in shown)

@@ -78,7 +78,9 @@ def make(obj, name):
     The weights of a group that is called like a bone of the mesh's armature are that bone's skin: a handle or a region
     of that name would move with the bone.
     """
-    return obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *_bone_names(obj)}))
+    rigs = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
+    bones = [bone.name for each in rigs if each and each.type == 'ARMATURE' for bone in each.data.bones]
+    return obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *bones}))
 
 
 def unused(name, taken):
@@ -87,28 +89,17 @@ def unused(name, taken):
     return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
-def _bone_names(obj):
-    """Names of the bones of all armatures that deform the object."""
-    armatures = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
-    return [bone.name for each in armatures if each and each.type == 'ARMATURE' for bone in each.data.bones]
-
-
 def remove_made(obj, name):
     """Deletes a group that the add-on made. The active one stays active.
 
     Objects with the same mesh share its groups, so one that another of them uses stays.
     """
-    if name not in obj.vertex_groups or _is_used_by_another(obj, name):
+    others = (other.meanvalue for other in shape_keys.sharing(obj))
+    if name not in obj.vertex_groups or any(name in each.handles or name == each.roi_group for each in others):
         return
     active = active_name(obj)
     obj.vertex_groups.remove(obj.vertex_groups[name])
     make_active(obj, active)
-
-
-def _is_used_by_another(obj, name):
-    """Whether another object with the same mesh has the group as a handle or region."""
-    others = (other.meanvalue for other in shape_keys.sharing(obj))
-    return any(name in settings.handles or name == settings.roi_group for settings in others)
 
 
 def write(obj, group, weights):

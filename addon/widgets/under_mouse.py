@@ -110,16 +110,12 @@ def vertex_or_image(obj, place):
     if found is None:
         return None
     distances, turn = found
-    if _is_copied(obj) and not _is_near_a_face(positions, corners, starts, distances):
-        return None
-    return int(distances.argmin()), Matrix(turn.tolist())
-
-
-def _is_copied(obj):
     copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
     if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
         copying -= {'NODES'}
-    return bool(copying)
+    if copying and not _is_near_a_face(positions, corners, starts, distances):
+        return None
+    return int(distances.argmin()), Matrix(turn.tolist())
 
 
 def _is_near_a_face(positions, corners, starts, distances):

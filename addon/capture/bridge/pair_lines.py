@@ -24,19 +24,14 @@ def lines(obj):
         return NOTHING
     points = shown_shape.positions(obj)[[pair.vertex for pair in pairs]]
     offsets = np.array([pair.offset for pair in pairs], np.float32)
-    colors = distance_colors(np.linalg.norm(offsets, axis=1) / max(capture.mesh_size, 1e-30))
+    shares = np.linalg.norm(offsets, axis=1) / max(capture.mesh_size, 1e-30)
+    place, stops = np.clip(shares / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1), np.arange(len(SCALE_COLORS))
+    colors = np.stack([np.interp(place, stops, channel) for channel in SCALE_COLORS.T], axis=1).astype(np.float32)
     active = marker_pairs.active_pair(obj)
     for number, pair in enumerate(pairs):
         if pair == active:
             colors[number] = ACTIVE_COLOR
     return Lines(np.stack([points, points + offsets], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))
-
-
-def distance_colors(shares):
-    """k x 4 float32 for distances as shares of the mesh's size: green where near, over yellow, red where far."""
-    place = np.clip(np.asarray(shares) / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1)
-    stops = np.arange(len(SCALE_COLORS))
-    return np.stack([np.interp(place, stops, SCALE_COLORS[:, channel]) for channel in range(4)], axis=1).astype("f4")
 
 
 def paint(context, obj):

@@ -139,7 +139,9 @@ def _keyed(collection, empties):
         for index, (frames, values) in enumerate(curve):
             samples = (frames - first) / spacing
             numbers = np.rint(samples).astype(int)
-            _require_on_samples(collection, empties[number], samples - numbers)
+            if off := np.count_nonzero(np.abs(samples - numbers) > OFF_SAMPLE):
+                what = f"{wording.counted(off, 'key')} of marker '{empties[number].name}' are off the samples"
+                raise _stretched(collection, what)
             positions[numbers, number, index] = values
     positions[np.isnan(positions).any(axis=2)] = np.nan  # all three or none
     return positions, first + spacing * np.arange(count)
@@ -200,13 +202,6 @@ def _animate(empty, positions, measured, frames):
     actions.write_curve(empty, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
     if measured.any():
         empty.location = positions[int(measured.argmax())]
-
-
-def _require_on_samples(collection, empty, off):
-    """off: how far keys are from the nearest samples, in samples."""
-    count = int(np.count_nonzero(np.abs(off) > OFF_SAMPLE))
-    if count:
-        raise _stretched(collection, f"{wording.counted(count, 'key')} of marker '{empty.name}' are off the samples")
 
 
 def _stretched(collection, what):

@@ -7,7 +7,7 @@ from mathutils import Color
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import actions, rig_space, selection, shape_keys, vertex_groups, views
+from ...scene import rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
@@ -237,11 +237,6 @@ def select(handle):
     bone = control_places.bone_of(handle)
     if bone is not None:
         handle.control.data.bones.active = bone.bone
-
-
-def is_moved_by_others(handle):
-    """Whether keyframes, drivers or constraints have a say in where the control is."""
-    return actions.is_animated(handle.control) or len(mover(handle).constraints) > 0
 
 
 def mover(handle):

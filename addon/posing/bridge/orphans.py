@@ -56,11 +56,14 @@ def found():
 
 
 def remove():
-    """Removes the controls of meshes that are gone, but for those with animation. Not in a handler."""
+    """Removes the controls of meshes that are gone, but for those with animation, and what more than collections uses:
+    children, constraints, drivers, modifiers, handles. Not in a handler."""
     for control in found():
         is_ours = control.type == 'EMPTY' and control.meanvalue.is_control and control.parent is None
-        if is_ours and not actions.is_animated(control) and not _is_used(control):
-            delete(control)
+        if is_ours and not actions.is_animated(control):
+            users = bpy.data.user_map(subset={control})[control]
+            if all(isinstance(user, (bpy.types.Collection, bpy.types.Scene)) for user in users):
+                delete(control)
 
 
 def delete(control):
@@ -71,9 +74,3 @@ def delete(control):
     for collection in homes:
         if not collection.objects and not collection.children:
             bpy.data.collections.remove(collection)
-
-
-def _is_used(control):
-    """By anything but what it is in: as a parent, by constraints, drivers, modifiers, handles."""
-    users = bpy.data.user_map(subset={control})[control]
-    return any(not isinstance(user, (bpy.types.Collection, bpy.types.Scene)) for user in users)

@@ -171,11 +171,6 @@ def around(obj, *handles):
     return found
 
 
-def around_vertex(obj, vertex, size):
-    """n float, 0 to 1: about what around() gives for a handle of that size which is made at `vertex`."""
-    return Surface(obj, [vertex]).falloff(radius(obj, size), HANDLE_SHARE)
-
-
 def without(obj, handle, weights):
     """The region's `weights` (n float) without the surroundings of one handle. They stay as they are if the artist has
     painted there: if they differ from what the sizes of the handles give."""

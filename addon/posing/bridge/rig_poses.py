@@ -33,7 +33,8 @@ class RigPoses:
         """most: how many poses are wanted. @throws SceneError."""
         self._most, self._scene_name = most, scene.name
         self._rest = shape_keys.rest_positions(obj.data).astype(np.float64)
-        first, last = frames.moved_range(scene, frames.movers([obj, *_rigs(obj)]))
+        rigs = (getattr(modifier, "object", None) for modifier in obj.modifiers)
+        first, last = frames.moved_range(scene, frames.movers([obj, *rigs]))
         count = min(last - first + 1, MOST_FRAMES)
         self._times = np.unique(np.linspace(first, last, count).round())
         self._found = []  # frames, and n x 3 float32 of each
@@ -83,9 +84,3 @@ class RigPoses:
             names.append(key.name)
         obj.meanvalue.pose_like = ids.LIKE_RIG
         return names
-
-
-def _rigs(obj):
-    """The objects by which modifiers deform `obj`."""
-    targets = (getattr(modifier, "object", None) for modifier in obj.modifiers)
-    return [target for target in targets if target is not None]

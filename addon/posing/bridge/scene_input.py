@@ -39,8 +39,11 @@ class HandleReading:
 
     @staticmethod
     def signature(obj):
-        deleted = tuple(handle.name for handle in obj.meanvalue.handles if orphans.is_deleted(handle))
-        return _mesh_facts(obj), declarations.values(obj.meanvalue), deleted, examples.keys(obj)
+        mesh, settings = obj.data, obj.meanvalue
+        of_mesh = obj.name, compat.session_key(mesh), len(mesh.vertices), len(mesh.polygons), mirrors.signature(obj)
+        deleted = tuple(handle.name for handle in settings.handles if orphans.is_deleted(handle))
+        groups = tuple(obj.vertex_groups.keys())
+        return of_mesh, groups, declarations.values(settings), deleted, examples.keys(obj)
 
     def result(self, obj):
         return gather(obj, self)
@@ -53,12 +56,6 @@ class HandleReading:
     @staticmethod
     def written_key(obj):
         return shape_keys.result(obj)
-
-
-def _mesh_facts(obj):
-    mesh = obj.data
-    counts = len(mesh.vertices), len(mesh.polygons)
-    return obj.name, compat.session_key(mesh), counts, tuple(obj.vertex_groups.keys()), mirrors.signature(obj)
 
 
 def model(obj):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Poses of a mesh that is still being bound."""
 
+import functools
+
 from ...errors import MeanValueError
 from ...live import following
 from ...solver import session
@@ -25,7 +27,8 @@ class EarlyPoses:
         """(Targets, n x 3) of a solve that is done, else None; begins one of `wanted` when it is time."""
         if self._job is None:
             if following.clock() >= self._rests_until:
-                self._job = Job(lambda execution: self._work(wanted, execution), of=wanted)
+                solve = functools.partial(session.solve_steps, self._solver, wanted)
+                self._job = Job(lambda execution: solve(execution=execution), of=wanted)
             return None
         if not self._job.is_finished:
             return None
@@ -37,9 +40,6 @@ class EarlyPoses:
             return None
         self._rests_until = following.clock() + RESTS * solution.timings["total"]
         return job.of, solved
-
-    def _work(self, wanted, execution):
-        return session.solve_steps(self._solver, wanted, execution=execution)
 
     def stop(self):
         if self._job is not None:

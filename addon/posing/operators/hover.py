@@ -81,13 +81,10 @@ def _find(context, mouse):
         if pressed is None or new_handles.handle_at(obj, pressed.vertex) is not None:
             return None
         size = tool_choice.size_at(context, obj, pressed)
-        freedom = region.around_vertex(obj, pressed.vertex, size).astype(np.float32)
+        surface = region.Surface(obj, [pressed.vertex])
+        freedom = surface.falloff(region.radius(obj, size), region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
-    tint, corners = tinted_faces(
-        mesh_arrays.shown_triangles(obj.data), *mesh_arrays.faces(obj.data), freedom > 0.0
-    )
+    tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), *mesh_arrays.faces(obj.data), freedom > 0.0)
     tint, freedom = shown_shape.positions(obj)[tint], freedom[tint]
-    return SimpleNamespace(
-        name=obj.name, place=pressed.place, size=size, tint=tint, freedom=freedom, corners=corners
-    )
+    return SimpleNamespace(name=obj.name, place=pressed.place, size=size, tint=tint, freedom=freedom, corners=corners)

@@ -6,7 +6,7 @@ import bpy
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import declarations, key_marks, new_rest, shape_keys, subject
+from ...scene import actions, declarations, key_marks, new_rest, shape_keys, subject
 from ...scene.key_marks import Role
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
@@ -71,7 +71,11 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         name = key.name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
-        moved = [handle.name for handle in handles if controls.is_moved_by_others(handle)]
+        moved = [
+            handle.name
+            for handle in handles
+            if actions.is_animated(handle.control) or len(controls.mover(handle).constraints)
+        ]
         if moved:
             note = f"{wording.quoted(moved)} cannot be reset, since keyframes, drivers or constraints move the control"
             return f"The pose is kept as shape key '{name}', at value 0: the handles have it too", [note]

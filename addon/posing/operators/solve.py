@@ -28,7 +28,9 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     def finish(self, obj, posing, _outcome):
         handles = targets.followed_handles(obj)
         controls.require_places(obj, handles)  # throws before anything is changed
-        if _has_other_rest_shape(obj, posing):
+        bound = obj.meanvalue.bound
+        if bound.is_bound and bound.rest_shape != posing.bind_input.fingerprint.rest_shape:
+            # Edited, subdivided, scaled: controls, not moved for that, move their handles from where these are now.
             controls.attach_where_they_are(obj, handles, [controls.shown_move(obj, handle) for handle in handles])
         controls.remove_deleted(obj)
         made = _make_own_controls(obj)
@@ -155,10 +157,3 @@ def _make_own_controls(obj):
         else:
             new_handles.make_handle(obj, handle, vertices, handle.color)
     return len(handles)
-
-
-def _has_other_rest_shape(obj, posing):
-    """Whether the rest shape is another than the one that was bound (edited, subdivided, scaled, origin set): the
-    controls, which were not moved for that, then move their handles from where these are."""
-    bound = bound_record.read_fingerprint(obj.meanvalue.bound)
-    return bound is not None and bound.rest_shape != posing.bind_input.fingerprint.rest_shape

@@ -7,11 +7,10 @@ import numpy as np
 LEAST_CELL = 1e-12
 
 
-def near_pairs(points, others, distance, most=None):
+def near_pairs(points, others, distance):
     """Yields (numbers of points, numbers of others, squared distances) of pairs at most `distance` apart.
 
-    Others are sorted into cells of twice that: what is near enough is in one of eight. most: a point with more than so
-    many others in one of them is left out.
+    Others are sorted into cells of twice that: what is near enough is in one of eight.
     """
     if len(points) == 0 or len(others) == 0:
         return
@@ -26,11 +25,8 @@ def near_pairs(points, others, distance, most=None):
     lowest = np.floor((points - low) / side - 0.5).astype(np.int64) @ factors
     corners = (np.arange(8)[:, None] >> np.arange(3) & 1) @ factors
     spans = [[np.searchsorted(keys, lowest + corner, end) for end in ("left", "right")] for corner in corners]
-    is_asking = np.ones(len(points), bool)
-    for begin, end in spans if most is not None else ():
-        is_asking &= end - begin <= most
     for begin, end in spans:
-        counts = np.where(is_asking, end - begin, 0)
+        counts = end - begin
         for step in range(int(counts.max(initial=0))):
             asking = np.flatnonzero(step < counts)
             candidates = order[begin[asking] + step]

@@ -3,17 +3,16 @@
 
 import numpy as np
 
-from ...solver.core.fingerprint import remembered
-from . import fixed_points, mirror_planes
-from .nearness import near_pairs
+from ..solver import native_loader
+from ..solver.core.fingerprint import remembered
+from .core import fixed_points, mirror_planes
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
 #: meshes are symmetric to rounding, so the first pairs most vertices, and few are left for the wider search.
 TOLERANCES = (1e-6, 1e-3)
 
-#: If more vertices than this are so near to one another, their images are not looked for: each would be compared with
-#: all others.
-MOST_TOGETHER = 64
+#: So far vertices are drawn to the middle of the faces around them, which tells those at one place apart.
+TOWARDS = 0.25
 
 
 @remembered
@@ -25,16 +24,18 @@ def find(rest, face_corners, face_starts, plane):
     """
     points = rest.astype(np.float64)
     size = fixed_points.bounding_box_diagonal(points)
-    middles = _middles_around(points, face_corners, face_starts)
+    drawn = points + TOWARDS * (_middles_around(points, face_corners, face_starts) - points)
     matrix, shift = mirror_planes.reflection(plane)
-    images, image_middles = points @ matrix.T + shift, middles @ matrix.T + shift
+    images, drawn_images = (each @ matrix.T + shift for each in (points, drawn))
     twins = np.full(len(points), -1, np.int32)
-    for tolerance in TOLERANCES:
+    for tolerance in TOLERANCES if size > 0.0 else ():
         left = np.flatnonzero(twins < 0)
-        if len(left) and size > 0.0:
-            nearest = _nearest(images[left], image_middles[left], points[left], middles[left], tolerance * size)
-            is_mutual = (nearest >= 0) & (nearest[nearest] == np.arange(len(left)))
-            twins[left[is_mutual]] = left[nearest[is_mutual]]
+        numbers = np.arange(len(left), dtype=np.int32)
+        tree = native_loader.module().Surface(drawn[left], np.repeat(numbers[:, None], 3, axis=1))
+        nearest = tree.nearest(drawn_images[left])[0]
+        apart = np.linalg.norm(images[left] - points[left[nearest]], axis=1)
+        is_mutual = (nearest >= 0) & (apart <= tolerance * size) & (nearest[nearest] == numbers)
+        twins[left[is_mutual]] = left[nearest[is_mutual]]
     return twins
 
 
@@ -48,14 +49,3 @@ def _middles_around(points, corners, starts):
     counts = np.bincount(corners, minlength=len(points))
     sums = [np.bincount(corners, centres[faces, axis], len(points)) for axis in range(3)]
     return np.where(counts[:, None] > 0, np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None], points)
-
-
-def _nearest(wanted, wanted_middles, points, middles, distance):
-    """m ints: the point at most `distance` from each wanted place whose surroundings are nearest, -1 for none."""
-    best, found = np.full(len(wanted), np.inf), np.full(len(wanted), -1)
-    for asking, candidates, apart in near_pairs(wanted, points, distance, MOST_TOGETHER):
-        unlike = apart + ((wanted_middles[asking] - middles[candidates]) ** 2).sum(axis=1)
-        is_better = unlike < best[asking]
-        best[asking[is_better]] = unlike[is_better]
-        found[asking[is_better]] = candidates[is_better]
-    return found
