@@ -97,7 +97,7 @@ def test_up_comes_from_the_file_or_by_choice_and_nothing_is_mirrored(up):
 
 def test_a_silent_file_is_stood_upright_by_its_markers():
     for up in units.UP_AXES:
-        for labels in (walker.LABELS, "ABCDEFGH"):
+        for labels in (walker.LABELS, "ABCDEFGH") if up in "YZ" else (walker.LABELS,):
             take = read_c3d(capture_files.c3d(labels, turned(up), unit="m", screen=None))
             assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < FLOAT_ERROR
             assert has_note(take, f"{up} is assumed", "parts of the body")
@@ -114,9 +114,10 @@ def test_of_two_scales_the_one_of_a_person_is_taken(told, header):
 
 @pytest.mark.parametrize("screen", [("-X", "-Z"), ("+X", "-Z"), ("+Y", "-Z"), ("+X", "+Y"), ("+X", "+Z")])
 def test_axes_of_the_screen_give_way_to_where_head_and_feet_are(screen):
-    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, screen=screen))
-    assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < 1e-6
-    assert has_note(take, f"says that {screen[1].lstrip('+')} is up: Z is taken") == (screen[1] != "+Z")
+    for labels in (walker.LABELS, "ABCDEFGH") if screen[1] != "+Y" else (walker.LABELS,):
+        take = read_c3d(capture_files.c3d(labels, 1000.0 * METRES, screen=screen))
+        assert np.abs(take.positions[..., 2] - METRES[..., 2]).max() < 1e-6
+        assert has_note(take, f"says that {screen[1].lstrip('+')} is up: Z is taken") == (screen[1] != "+Z")
 
 
 @pytest.mark.parametrize("order", [(1, 2, 0), (0, 2, 1), (2, 0, 1), (0, 1, 2)])

@@ -97,7 +97,7 @@ class Recording:
             labels, positions = self._markers(left_out)
             up, span = upright.by_names(labels, positions)
             positions *= self._metres(positions, PERSON if span > 0.5 else PLAUSIBLE, unit)
-            positions = units.turn_up(positions, self._up(up or upright.by_floor(positions), up_axis))
+            positions = units.turn_up(positions, self._up(up or upright.by_floor(positions, self.up_axis), up_axis))
         self._drop_damaged(positions)
         positions.flags.writeable = False
         if self.rate_hz is None:

@@ -10,8 +10,8 @@ from . import units
 #: What names have in them: the height over that of the standing body. What fits first counts.
 _HEIGHTS = tuple((re.compile(words), height) for words, height in (
     (r"(?<!h)ank|mal(l|$)|(?<!w)heel|hee$|foot|toe|mt\d|metat|calc|cal$", 0.03), ("shank|shin|tib|fib", 0.2),
-    ("pelvi|hip|asi|psi|sacr|waist|up_?leg|upper_?leg", 0.55), ("thigh|thi$|fem", 0.42), ("kne|leg", 0.28),
-    ("wri|wr[ab]$|hand|styl", 0.48), ("elb|epicond", 0.63), ("head|skull|nose|[fb]hd", 0.94), ("neck|c7$", 0.85),
+    ("pelvi|hip|asi|psi|sacr|waist|up_?leg|upper_?leg", 0.55), ("thigh|thi$|fem", 0.42), ("kne|leg|calf", 0.28),
+    ("wri|wr[ab]$|hand|styl", 0.48), ("elb|epicond", 0.63), ("head|skull|nose|ear$|[fb]hd", 0.94), ("neck|c7$", 0.85),
     ("should|sho(?!e)|acr|clav|collar|scap", 0.81), ("chest|stern|strn|thora|^tv?10$", 0.74), ("spine|back|bak$", 0.67),
 ))  # fmt: skip
 #: The share of markers whose heights must be known; the cosine of the angle to an axis within which a body is along it;
@@ -39,18 +39,19 @@ def by_names(labels, positions):
         return None, 0.0
     ways = np.tensordot(levels - levels.mean(), middles, 1) / (levels @ (levels - levels.mean()))
     lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
-    mean, travel = np.median(ways / lengths, axis=0), np.ptp(middles.mean(axis=0), axis=0)
+    mean = np.median(ways / lengths, axis=0)
+    travel = np.ptp(np.quantile(middles.mean(axis=0), [0.05, 0.95], axis=0), axis=0)
     axis = int(np.argmax(np.abs(mean)))
     crawls = travel[axis] > np.delete(travel, axis).max() + CRAWLS * np.median(lengths)
     up = ("-" if mean[axis] < 0.0 else "") + "XYZ"[axis] if np.abs(mean[axis]) > ALONG and not crawls else None
     return up, np.ptp(levels)
 
 
-def by_floor(positions):
-    """The one axis along which the markers, (f, m, 3) in metres, stand on a floor at 0, or None: feet stay near it in
-    nearly every frame and heads far above it; sideways everything moves or is centered."""
+def by_floor(positions, told):
+    """The one of "Y" and "Z", or of what is told and its opposite, along which the markers, (f, m, 3) in metres, stand
+    on a floor at 0: feet stay near it in nearly every frame and heads far above it. None if it is not just one."""
     found, few = [], units.few(positions)
-    for up in units.UP_AXES if len(few) else ():
+    for up in (told[-1], "-" + told[-1]) if told else "YZ":
         heights = units.turn_up(few, up)[..., 2]
         lows, highs = (np.quantile(ends(heights, axis=1), [0.05, 0.95]) for ends in (np.nanmin, np.nanmax))
         if lows[0] > -0.15 and lows[1] < 0.35 and highs[0] > 0.7 and highs[1] < 2.8:
