@@ -163,9 +163,7 @@ def sequence_steps(binding, bind_input, targets, weights, *, execution=None, **o
     """Steps (see solver/job.py) to (r x n x 3 float32, native Sequence) of rows of a clip.
 
     targets: f x k x 3 of the whole clip, in the order of the anchors; weights: f x k, 0 to 1, or None; options: others
-    of the solver. Rows that could not be solved are told in its `errors`.
-
-    @throws SolverError, CancelledError.
+    of the solver. Rows that could not be solved are told in its `errors`. @throws SolverError, CancelledError.
     """
     mesh = bind_input.solver_mesh
     sequence = yield from steps(

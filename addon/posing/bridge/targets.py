@@ -63,9 +63,7 @@ def handles_problem(obj):
 
 
 def gather(obj, bind_input):
-    """The Targets of `obj`, with what its rig does measured now, and controls gone along with it.
-
-    @throws SceneError.
+    """The Targets of `obj`, with what its rig does measured now, and controls gone along with it. @throws SceneError.
     """
     found = problem(obj)
     if found:
@@ -98,9 +96,7 @@ def positions(obj, bind_input, space, known=None):
 
     space: the SeenSpace of now, None where what is seen is the key. For what has no problem().
     known: {name of a handle: (its move in the key's space, its targets)}: those that have not moved since keep their
-    targets, whatever the rig does; brought up to date.
-
-    @throws SceneError.
+    targets, whatever the rig does; brought up to date. @throws SceneError.
     """
     placed = bind_input.anchor_rest.copy()
     is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
@@ -144,9 +140,7 @@ def _moving(obj, bind_input):
 
 
 def _in_key(obj, bind_input, space, is_moved, wanted):
-    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`.
-
-    @throws SceneError.
+    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`. @throws SceneError.
     """
     anchors = bind_input.anchors[is_moved]
     _require_depth(obj, bind_input, space, is_moved)

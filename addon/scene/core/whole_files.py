@@ -27,9 +27,7 @@ def replacing(path):
     """Context manager of a binary file, open for writing and reading, that becomes `path` when all went well.
 
     The folder is made if it is missing. Whatever happens, there is the old file or the new one, and what was begun is
-    taken away.
-
-    @throws CacheError in place of OSError.
+    taken away. @throws CacheError in place of OSError.
     """
     path = pathlib.Path(path)
     with telling(path):
@@ -59,10 +57,7 @@ def rename(begun, path):
 
 
 def require_place(path):
-    """Where `path` is to be written there is a folder to write to, or to make it in; looks only.
-
-    @throws CacheError.
-    """
+    """Where `path` is to be written there is a folder to write to, or to make it in; looks only. @throws CacheError."""
     path = pathlib.Path(path)
     with telling(path):
         folder = next((each for each in path.parents if each.exists()), path.parent)
