@@ -30,7 +30,10 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
 
     def draw(self, context):
         layout, obj = self.layout, context.object
-        problem = _problem(obj)
+        problem = in_between_keys.problem(obj)
+        if problem is None and obj.meanvalue.mix.is_on:
+            text, is_problem = engine.status(obj) or ("", False)
+            problem = text if is_problem else next(iter(mirrors.notes(obj)), None)
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
         morph.draw_buttons(layout.column(align=True), context)
@@ -38,15 +41,6 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
         if mixed_keys.in_between_names(obj):
             layout.operator(MEANVALUE_OT_bake_mix.bl_idname, text="Remove In-Betweens", icon='X').remove = True
-
-
-def _problem(obj):
-    """Why what is to be seen is not the mix that was asked for, or None."""
-    problem = in_between_keys.problem(obj)
-    if problem is None and obj.meanvalue.mix.is_on:
-        text, is_problem = engine.status(obj) or ("", False)
-        problem = text if is_problem else next(iter(mirrors.notes(obj)), None)
-    return problem
 
 
 CLASSES = (MEANVALUE_PT_mix,)

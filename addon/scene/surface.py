@@ -38,6 +38,10 @@ class Surface:
         result[~result.any(axis=1)] = [0.0, 0.0, 1.0]
         return unit(result)
 
+    def folded(self):
+        """(t,) bool: triangles that look away from the normals of their corners: their surroundings'."""
+        return np.einsum("tj,tj->t", self._crosses, self.normals()[self.triangles].sum(axis=1)) < 0.0
+
     def samples(self, count):
         """(points (count, 3), normals (count, 3)) spread over the surface by area, always the same ones."""
         areas = np.linalg.norm(self._crosses, axis=1)

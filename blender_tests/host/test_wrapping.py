@@ -12,8 +12,8 @@ from support.wrap_calls import wrapped
 from addon.errors import SceneError
 from addon.scene.surface import Surface
 from addon.wrapping.bridge.wrapping import Wrap
-from addon.wrapping.core import flips
 from addon.wrapping.core.wrap_input import WrapInput
+from native.benchmarks import shape_metrics
 
 
 def triangles_of(quads):
@@ -64,7 +64,7 @@ def test_one_figure_lies_on_the_other_and_nothing_is_turned_over():
     away = Surface(given.target, given.target_triangles).nearest(found.positions)[3]
     np.testing.assert_allclose(found.distance, away, atol=1e-12)
     assert found.flipped == 0
-    assert not flips.flipped(given.start(), found.positions, given.triangles).any()
+    assert shape_metrics.flipped_triangles(found.positions, given.start(), given.triangles) == 0
     back = Surface(found.positions, given.triangles).nearest(given.target)[3] / given.diagonal
     assert back.mean() < 0.002, "no part of the other figure is left out"
     assert np.linalg.norm(found.positions[given.picked] - given.points, axis=1).max() < 0.02 * given.diagonal
@@ -127,10 +127,10 @@ def ball(rings, around):
 
 def test_a_flipped_triangle_is_found_and_a_turned_mesh_is_none():
     vertices, triangles = ball(12, 16)
-    assert not flips.flipped(vertices, turned(vertices), triangles).any()
+    assert not Surface(turned(vertices), triangles).folded().any()
     folded = vertices.copy()
     folded[40] += 2.5 * (vertices[41] - vertices[40])
-    assert flips.flipped(vertices, folded, triangles).any()
+    assert Surface(folded, triangles).folded().any()
 
 
 def two_balls():

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from addon.wrapping.core import flips
+from addon.scene.core.rigid import nearest_rotations
 
 
 def farthest_points(edges, vertices, count):
@@ -83,9 +83,25 @@ def flipped_triangles(shape, rest, faces):
     return int(np.count_nonzero(flipped_mask(shape, rest, faces)))
 
 
-def flipped_mask(shape, rest, faces):
-    """(m,) bool: triangles that point against what their surroundings make of their rest normal (core.mixing.flips)."""
-    return flips.flipped(rest, shape, faces)
+def flipped_mask(shape, rest, triangles):
+    """(m,) bool: triangles that point against what their surroundings make of their rest normal.
+
+    For each vertex the rotation is found that carries the edges of its triangles from rest to shape at best; the sum of
+    those of a triangle's corners, made a rotation again, carries its rest normal. Flipped is whose normal is more than
+    90 degrees off that. A fold of one triangle counts; a part that turned as a whole does not, and what is folded at
+    rest may stay so.
+
+    rest, shape: (n, 3); triangles: (m, 3) vertex numbers.
+    """
+    edges = unique_edges(triangles)
+    moved, still = (each[edges[:, 1]] - each[edges[:, 0]] for each in (shape, rest))
+    products = np.einsum("ei,ej->eij", moved, still)
+    moments = np.zeros((len(rest), 3, 3))
+    for end in (0, 1):
+        np.add.at(moments, edges[:, end], products)
+    turns = nearest_rotations(nearest_rotations(moments)[triangles].sum(axis=1))
+    expected = np.einsum("mij,mj->mi", turns, unit_normals(rest, triangles))
+    return np.einsum("mj,mj->m", expected, unit_normals(shape, triangles)) < 0.0
 
 
 def volume(shape, faces):

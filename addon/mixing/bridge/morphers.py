@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What mixes hand to the solver, and what it makes of them; session.py keeps what was bound."""
 
+import collections
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,13 +14,8 @@ from . import mixed_keys
 REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
 
 
-@dataclass(frozen=True, eq=False)
-class Mix:
-    """positions n x 3 float64; seconds that the solver took."""
-
-    positions: np.ndarray
-    converged: bool
-    seconds: float
+#: positions n x 3 float64; seconds that the solver took.
+Mix = collections.namedtuple("Mix", "positions converged seconds")
 
 
 def bind_steps(mix_input, execution):
@@ -37,15 +32,10 @@ def bind_steps(mix_input, execution):
             refused=REFUSED_SHAPES,
         )
     except SolverError as error:
-        raise SolverError(_with_names(str(error), mix_input)) from error
+        names = ["the rest shape", *(f"'{name}'" for name in mix_input.names)]
+        raise SolverError(re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], str(error))) from error
     session.cache.put(mix_input.key, morpher, int(morpher.report.bytes))
     return morpher
-
-
-def _with_names(text, mix_input):
-    """What the solver says of shapes[k], said of the shape keys."""
-    names = ["the rest shape", *(f"'{name}'" for name in mix_input.names)]
-    return re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], text)
 
 
 def solve_steps(morpher, mix_input, values, execution=None):

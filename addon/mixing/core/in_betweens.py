@@ -5,8 +5,7 @@ Each is what the mix lacks at the place of its polynomial beside all lower ones,
 (a sparse grid: Chkifa, Cohen, Schwab 2014). What lacks most comes first, until settings that have no say are met.
 """
 
-import itertools
-from dataclasses import dataclass
+import collections
 
 import numpy as np
 
@@ -29,20 +28,11 @@ SMALL = 0.05
 LOOKED_AT = 8
 
 
-@dataclass(frozen=True, eq=False)
-class InBetween:
-    """orders: as of polynomials.py; offset: n x 3 float64 that is added with this weight."""
+#: orders: as of polynomials.py; offset: n x 3 float64 that is added with this weight.
+InBetween = collections.namedtuple("InBetween", "orders offset")
 
-    orders: tuple
-    offset: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """shapes: tuple of InBetween; error: the largest distance of a vertex from the mix, at the settings judged by."""
-
-    shapes: tuple
-    error: float
+#: shapes: tuple of InBetween; error: the largest distance of a vertex from the mix, at the settings judged by.
+Found = collections.namedtuple("Found", "shapes error")
 
 
 def found(solve, ranges, tolerance, most, common):
@@ -86,7 +76,7 @@ def found(solve, ranges, tolerance, most, common):
         without = left + _weights(knots, each.orders, settings) * each.offset
         if _height(without) <= max(ROOM * tolerance, _height(left)):
             left = without
-            shapes.remove(each)
+            shapes = [other for other in shapes if other is not each]
     error = _height(left)
     return Found(tuple(shapes), error) if error < straight else Found((), straight)
 
@@ -116,16 +106,10 @@ def setting(ranges, number):
 
     They crowd towards its ends, as polynomials need it, and some lie on them, where sliders are most of the time.
     """
-    roots = np.sqrt(list(itertools.islice(_primes(), len(ranges))))
+    roots = 2.0 ** (np.arange(1, len(ranges) + 1) / (len(ranges) + 1))
     shares = (0.5 + (number + 1) * roots) % 1.0
     low, high = np.array(ranges, np.float64).T
     return low + np.clip(0.5 - 0.55 * np.cos(np.pi * shares), 0.0, 1.0) * (high - low)
-
-
-def _primes():
-    for number in itertools.count(2):
-        if all(number % other for other in range(2, int(number**0.5) + 1)):
-            yield number
 
 
 def _height(vectors):

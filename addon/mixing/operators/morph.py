@@ -47,7 +47,10 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
         return (PART if properties.part else WHOLE) + (f".\n{missing}" if missing else "")
 
     def run(self, obj):
-        source = self._source(obj)
+        source = bpy.data.objects.get(self.source)
+        if source is None and self.source:
+            raise SceneError(f"There is no object '{self.source}'. Choose another source")
+        source = subject.other_mesh(bpy.context, obj, source)
         morph_source.require_alike(obj, source)
         if self.part:
             vertex_groups.require(obj, self.part, "the part", "Choose another group")
@@ -62,12 +65,6 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
             obj.meanvalue.mix.is_on = True
         where = f" in '{self.part}'" if self.part else ""
         return f"'{obj.name}' has the shape of '{source.name}'{where} as shape key '{name}', with its slider", notes
-
-    def _source(self, obj):
-        source = bpy.data.objects.get(self.source)
-        if source is None and self.source:
-            raise SceneError(f"There is no object '{self.source}'. Choose another source")
-        return subject.other_mesh(bpy.context, obj, source)
 
 
 def draw_buttons(layout, context):

@@ -94,7 +94,14 @@ class MarkerAnchors:
         columns = [recording.labels.index(name) for name in matched.names]
         path = motion.apply(matched.alignment, recording.positions[:, columns])
         used, self.notes = _told_of(matched, path, given.picked)
-        within = _within(scene, self._options, recording.frames)
+        first, last = {
+            'ANIMATION': (-np.inf, np.inf),
+            'SCENE': (scene.frame_start, scene.frame_end),
+            'OWN': (self._options.frame_start, self._options.frame_end),
+        }[self._options.frame_range]
+        within = (recording.frames >= first) & (recording.frames <= last)
+        if not within.any():
+            raise SceneError(f"The take has no sample from frame {first} to {last}. Choose another Range")
         self.names = [matched.names[number] for number in used]
         self.anchors, self.offsets = matched.vertices[used], matched.offsets[used]
         self.frames, self.targets = recording.frames[within], path[within][:, used]
@@ -118,16 +125,3 @@ def _told_of(matched, path, picked):
             + ". ".join([*notes, "Check the picked points and the Reference Frame"])
         )
     return used, notes
-
-
-def _within(scene, options, times):
-    """(f,) bool: the samples, at `times`, in the range that is chosen. @throws SceneError."""
-    first, last = {
-        'ANIMATION': (-np.inf, np.inf),
-        'SCENE': (scene.frame_start, scene.frame_end),
-        'OWN': (options.frame_start, options.frame_end),
-    }[options.frame_range]
-    within = (times >= first) & (times <= last)
-    if not within.any():
-        raise SceneError(f"The take has no sample from frame {first} to {last}. Choose another Range")
-    return within

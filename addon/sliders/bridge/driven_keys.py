@@ -60,11 +60,3 @@ def chosen(obj):
         else:
             shape_keys.show_fully(obj.data.shape_keys, result)
     obj.update_tag()
-
-
-def problem_of_result(obj):
-    """Why the result would be added to what keys show, in words, or None."""
-    result = shape_keys.result(obj)
-    if result is None or result.mute or result.value == 0.0:
-        return None
-    return f"Shape key '{result.name}' shows a pose of its own on top of the keys that are driven. Mute it"

@@ -56,7 +56,12 @@ class KeyFollower(Follower):
     def why_hidden(obj):
         if obj.show_only_shape_key:
             return "A shape key is pinned. Turn off Shape Key Lock to see what the handles drive"
-        return shape_keys.BAKE_PLAYS if obj.meanvalue.baked.target else driven_keys.problem_of_result(obj)
+        if obj.meanvalue.baked.target:
+            return shape_keys.BAKE_PLAYS
+        result = shape_keys.result(obj)
+        if result is None or result.mute or result.value == 0.0:
+            return None
+        return f"Shape key '{result.name}' shows a pose of its own on top of the keys that are driven. Mute it"
 
     def notes(self):
         if self._missed is not None:

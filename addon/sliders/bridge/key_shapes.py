@@ -26,20 +26,13 @@ def sorted_out(obj):
     for key in keys.key_blocks:
         if key == keys.reference_key or key.name in made:
             continue
-        why = _why_left_alone(key, driven)
+        is_driven = shape_keys.value_path(key.name) in driven
+        why = "muted" if key.mute else "locked" if compat.is_locked(key) else "moved by a driver" if is_driven else None
         if why is None:
             sliders.append(slider_of(obj, key))
         else:
             left_alone.append((key.name, why))
     return sliders, left_alone
-
-
-def _why_left_alone(key, driven):
-    if key.mute:
-        return "muted"
-    if compat.is_locked(key):
-        return "locked"
-    return "moved by a driver" if shape_keys.value_path(key.name) in driven else None
 
 
 def problem(obj):

@@ -4,7 +4,6 @@
 import collections
 import math
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,21 +38,10 @@ RISES_PER_FALL, ROWS_PER_FALL = 4, 50
 LARGEST_VALUE, LARGEST_TIME = 1e6, 1e19
 
 
-@dataclass(frozen=True, eq=False)
-class RecordedValues:
-    """names: s names as in the file; values: (f, s) float64, NaN where one is missing.
-
-    times: (f,) float64 ascending from 0, in frames of the recording; rate_hz: of them, or None: as the scene's.
-    clock: a sentence on where the times are from; notes: sentences on what was left out.
-    """
-
-    names: tuple
-    values: np.ndarray
-    times: np.ndarray
-    rate_hz: float | None
-    clock: str
-    notes: tuple = ()
-
+#: names: s, as in the file; values: (f, s) float64, NaN where one is missing; times: (f,) float64 ascending from 0,
+#: in frames of the recording; rate_hz: of them, or None: as the scene's; clock: a sentence on where the times are from;
+#: notes: sentences on what was left out.
+RecordedValues = collections.namedtuple("RecordedValues", "names values times rate_hz clock notes")
 
 #: A column that may be the time: times: (f,), NaN where there is none; rate_hz: as RecordedValues has them.
 Clock = collections.namedtuple("Clock", "name times rate_hz words distinct")

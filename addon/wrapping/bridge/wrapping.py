@@ -12,7 +12,6 @@ import numpy as np
 from ...errors import SceneError
 from ...scene.surface import Surface
 from ...solver import native_loader, session
-from ..core import flips
 
 #: How much all springs together count; of one it is this over their number, so that they give way alike at any
 #: resolution. Each is tried until partners are as close as CLOSE, a share of the diagonal, on average, and taken if it
@@ -32,7 +31,7 @@ NEARER, SLACK = 2.0, 0.5
 @dataclass(frozen=True, eq=False)
 class Wrapped:
     """positions: (n, 3) float64; distance: (n,) to the other surface, of vertices without faces 0;
-    flipped: how many triangles are (see flips)."""
+    flipped: how many triangles are folded that were not."""
 
     positions: np.ndarray
     distance: np.ndarray
@@ -48,12 +47,12 @@ class Wrap:
         self.share = 0.0
         self._surface = Surface(given.target, given.target_triangles)
         self._normals = self._surface.normals()
-        self._edges = flips.unique_edges(given.triangles)
 
     def work(self, execution):
         """Steps (see solver/job.py) to the Wrapped. @throws SceneError if no part comes near the other; SolverError."""
         given = self.given
         rest = shape = given.start()
+        was_folded = Surface(rest, given.triangles).folded()
         self._execution = execution
         if len(given.picked):
             deformer = yield from self._bind(rest, given.picked, np.full(len(given.picked), POSING))
@@ -64,7 +63,7 @@ class Wrap:
             springs = np.full(len(given.used), strength / len(given.used))
             deformer = yield from self._bind(rest, given.used, springs)
             shape, away = yield from self._rounds(deformer, shape)
-            flipped = int(np.count_nonzero(flips.flipped(rest, shape, given.triangles)))
+            flipped = int(np.count_nonzero(Surface(shape, given.triangles).folded() & ~was_folded))
             if best is not None and flipped > best[1]:
                 break
             best = shape, flipped
@@ -126,7 +125,7 @@ class Wrap:
         return points, weights, mean
 
     def _edge_lengths(self, shape):
-        """(n,): mean length of the edges at each vertex."""
-        lengths = np.linalg.norm(shape[self._edges[:, 0]] - shape[self._edges[:, 1]], axis=1)
-        ends = self._edges.ravel()
-        return np.bincount(ends, np.repeat(lengths, 2), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
+        """(n,): mean length of an edge of each triangle at a vertex."""
+        corners = self.given.triangles
+        lengths, ends = np.linalg.norm(shape[corners] - shape[np.roll(corners, -1, axis=1)], axis=2), corners.ravel()
+        return np.bincount(ends, lengths.ravel(), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)

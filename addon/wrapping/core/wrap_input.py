@@ -53,9 +53,6 @@ class WrapInput:
                 raise SceneError(f"{wording.vertices(bad)} of the {name} are no numbers. Repair the mesh first")
             if fixed_points.bounding_box_diagonal(points[np.unique(triangles)]) == 0.0:
                 raise SceneError(f"All vertices of the {name} are in one place. Choose another mesh")
-        self._check_pairs()
-
-    def _check_pairs(self):
         count = len(self.picked)
         if count == 0:
             self._check_overlap()
@@ -70,7 +67,7 @@ class WrapInput:
         if len(np.unique(self.picked)) < count:
             raise SceneError("Two pairs name the same vertex, which cannot go to two places. Remove one of them")
         for places, where in ((self.vertices[self.picked], "mesh that is fitted"), (self.points, "other mesh")):
-            if count < LEAST_PAIRS or not fixed_points.span_a_plane(places):
+            if not fixed_points.span_a_plane(places):
                 raise SceneError(
                     f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned: at least "
                     f"{LEAST_PAIRS} are needed that are not in one line. Pick more, or none where both meshes lie over "
@@ -101,14 +98,8 @@ class WrapInput:
         if not len(self.picked):
             return self.vertices.copy()
         places = self.vertices[self.picked]
-        scale = _scale(places, self.points)
-        turn = fit_rotations(places, self.points)
-        middle = places.mean(axis=0)
-        return scale * (self.vertices - middle) @ turn.T + self.points.mean(axis=0)
-
-
-def _scale(before, after):
-    lengths, others = (np.linalg.norm(points[:, None] - points, axis=2) for points in (before, after))
-    lengths[lengths == 0.0] = np.inf
-    pairs = np.arange(len(before)), lengths.argmin(axis=1)
-    return float(np.median(others[pairs] / lengths[pairs]))
+        lengths, others = (np.linalg.norm(points[:, None] - points, axis=2) for points in (places, self.points))
+        lengths[lengths == 0.0] = np.inf
+        near = np.arange(len(places)), lengths.argmin(axis=1)
+        turn, scale = fit_rotations(places, self.points), np.median(others[near] / lengths[near])
+        return scale * (self.vertices - places.mean(axis=0)) @ turn.T + self.points.mean(axis=0)
