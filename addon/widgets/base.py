@@ -16,16 +16,13 @@ class Reporting:
         return {'CANCELLED'}
 
     def tell(self, message, warnings):
-        """message: text, or [a short sentence, details ...]: these and the warnings are lines of the Info editor then,
+        """message: a short sentence, or [the sentence, details ...]. Details and warnings are lines of the Info editor,
         and the sentence is the last, which the status bar shows."""
-        if not isinstance(message, str):
-            for line, kind in (*((each, 'INFO') for each in message[1:]), *((each, 'WARNING') for each in warnings)):
-                self.report({kind}, wording.sentence(line))
-            more = f" ({wording.counted(len(warnings), 'warning')}: click to read)" if warnings else ""
-            self.report({'WARNING' if warnings else 'INFO'}, wording.sentence(message[0] + more))
-            return {'FINISHED'}
-        text = " ".join(wording.sentence(part) for part in (message, *warnings))
-        self.report({'WARNING' if warnings else 'INFO'}, text)
+        first, *details = [message] if isinstance(message, str) else message
+        for line, kind in (*((each, 'INFO') for each in details), *((each, 'WARNING') for each in warnings)):
+            self.report({kind}, wording.sentence(line))
+        more = f" ({wording.counted(len(warnings), 'warning')}: click to read)" if warnings else ""
+        self.report({'WARNING' if warnings else 'INFO'}, wording.sentence(first + more))
         return {'FINISHED'}
 
 

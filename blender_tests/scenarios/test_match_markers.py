@@ -7,7 +7,6 @@ import pytest
 from support import meshes, steps, take_files
 from support.marked_tube import (
     FRAMES,
-    HEIGHT,
     LABELS,
     MARKED,
     OFF_SKIN,
@@ -265,29 +264,6 @@ def test_wrong_input_is_refused_and_changes_nothing(tmp_path):
         empty.animation_data_clear()
     with steps.refused("no markers with keyframes"):
         bpy.ops.meanvalue.match_markers()
-
-
-#: Where joints of a tube that stands for a body are, of its height: sideways, to the front, up.
-SKELETON = {
-    "Hips": (0.0, 0.0, 0.55), "Neck": (0.0, 0.0, 0.85), "Jaw": (0.0, -0.02, 0.9), "Head": (0.0, 0.0, 0.9),
-    **{f"{word}{name}": (sign * x, 0.0, z) for word, sign in (("Left", 1.0), ("Right", -1.0)) for name, x, z in (
-        ("UpLeg", 0.03, 0.5), ("Leg", 0.03, 0.28), ("Foot", 0.03, 0.05), ("Arm", 0.05, 0.8), ("ForeArm", 0.05, 0.65),
-        ("Hand", 0.05, 0.5),
-    )},
-}  # fmt: skip
-
-
-def test_of_a_skeleton_joints_without_a_place_get_no_handle(tmp_path):
-    places = HEIGHT * np.array(list(SKELETON.values()))
-    obj = meshes.tube(RINGS, SEGMENTS, "Tube")
-    path = take_files.write_trc(tmp_path / "walk.trc", tuple(SKELETON), np.repeat(places[None], 5, axis=0))
-    take_files.bring_in(path, unit='METRES')
-    obj.meanvalue.capture.align = 'NONE'
-    match()
-    assert [handle.name for handle in obj.meanvalue.handles] == [name for name in SKELETON if name != "Jaw"]
-    assert bpy.ops.meanvalue.pick_marker_point(marker="Jaw", vertex=100) == {'FINISHED'}
-    match()
-    assert "Jaw" in obj.meanvalue.handles
 
 
 @pytest.mark.parametrize("edit", ["mesh", "keys"])

@@ -6,10 +6,10 @@ from ...errors import SceneError
 from ..core import landmarks, marker_sets
 
 
-def recognised(capture, labels):
-    """(landmark or None for each of the labels, words on what the names tell). What the artist chose in the list comes
-    before what the name tells. @throws SceneError if that is no landmark."""
-    recognition = marker_sets.recognise(labels)
+def recognised(capture, labels, is_skeleton):
+    """({label: landmark or None}, the labels of other subjects than the person, words on what the names tell). What
+    the artist chose in the list comes before what the name tells. @throws SceneError if that is no landmark."""
+    recognition = marker_sets.recognise(labels, is_skeleton)
     own = [capture.pairs[label].landmark if label in capture.pairs else "" for label in labels]
     unknown = sorted({landmark for landmark in own if landmark and landmarks.place_of(landmark) is None})
     if unknown:
@@ -20,7 +20,9 @@ def recognised(capture, labels):
     places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
     chosen = sum(map(bool, own))
     by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
-    return places, recognition.words.rstrip(".") + by_hand
+    others = frozenset(labels[number] for number in recognition.others)
+    words = f"{sum(map(bool, recognition.landmarks))} of {len(labels)} names are known{by_hand}"
+    return dict(zip(labels, places, strict=True)), others, words
 
 
 def candidates():

@@ -14,7 +14,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
 from ...solver.job import result_of
-from ..core import alignment, cuffs, filtering, gaps, landmarks, matching, retargeting
+from ..core import alignment, cuffs, filtering, gaps, matching, on_body, retargeting
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
 from . import match_notes
@@ -73,7 +73,7 @@ def steps(given):
     markers, notes = _chosen(given, frame, path, _reference(given, sample))
     notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
     yield "aligning", 0.3
-    body = Body(surface, landmarks.has_joints(markers.landmarks))
+    body = Body(surface, given.is_skeleton)
     to_mesh, words = _alignment(given, markers, body)
     laid = motion.apply(to_mesh, markers.reference)
     markers = replace(markers, path=motion.apply(to_mesh, markers.path), reference=laid, actor=laid)
@@ -82,6 +82,10 @@ def steps(given):
         laid, actor = posed_and_actor(laid, markers.landmarks, body)
         markers = replace(markers, reference=laid, actor=actor)
     yield "matching", 0.5
+    far = on_body.far(surface.nearest(laid)[3] / body.height, markers.landmarks, options.pose_limbs)
+    far = {markers.labels[row] for row in far} - given.fixed.keys()
+    if far and options.is_of_body:
+        return (yield from steps(replace(given, others=given.others | far)))
     fixed = {row: given.fixed[label] for row, label in enumerate(markers.labels) if label in given.fixed}
     match = matching.match_to_surface(laid, surface, fixed)
     if options.mode == 'RETARGET':
@@ -135,7 +139,7 @@ def _reference(given, sample):
 
 
 def _chosen(given, frame, path, reference):
-    """(the Markers that are used and seen in the reference, notes). @throws SceneError if there is none."""
+    """(the Markers that are used, seen in the reference, on the body; notes). @throws SceneError if there is none."""
     labels = given.recording.labels
     used = [number for number, label in enumerate(labels) if label in given.used]
     seen = [number for number in used if not np.isnan(reference[number]).any()]
@@ -145,20 +149,26 @@ def _chosen(given, frame, path, reference):
         raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
         raise SceneError(f"No marker is seen in {where}. Choose another Reference Frame")
-    notes = []
-    if landmarks.has_joints(given.landmarks.values()):
-        placed = [number for number in seen if given.landmarks[labels[number]] or labels[number] in given.fixed]
-        placeless = [labels[number] for number in seen if number not in placed]
-        notes += match_notes.of_placeless(placeless)
-        seen = placed
+    names = [labels[number] for number in seen]
+    known = np.array([bool(given.landmarks[name]) or name in given.fixed for name in names])
+    kept = np.ones(len(names), bool)
+    if given.options.is_of_body:
+        kept = known if given.is_skeleton else on_body.goes_along(path[:, seen], reference[seen], known)
+        kept = kept & (known | [name not in given.others for name in names])
+    if not kept.any():
+        raise SceneError(
+            f"None of {wording.counted(len(seen), 'joint')} has a known place on the body. Choose the Landmark of "
+            "hips, knees, ankles, neck, shoulders, elbows and wrists in the list"
+        )
+    notes = list(match_notes.of_left_out(given, [names[row] for row in np.flatnonzero(~kept)]))
     if unseen:
         notes.append(
             f"Not seen in {where}, and without a handle: {wording.quoted(unseen)}. Choose a frame that has them, or "
             "fill longer gaps"
         )
-    names = [labels[number] for number in seen]
-    known = tuple(given.landmarks[name] for name in names)
-    return Markers(names, known, path[:, seen], reference[seen], reference[seen]), notes
+    names, seen = [names[row] for row in np.flatnonzero(kept)], np.array(seen)[kept]
+    places = tuple(given.landmarks[name] for name in names)
+    return Markers(names, places, path[:, seen], reference[seen], reference[seen]), notes
 
 
 def _alignment(given, markers, body):
@@ -169,7 +179,7 @@ def _alignment(given, markers, body):
         return motion.IDENTITY, []
     if given.options.align == 'AUTO':
         found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
-        return found.matrix, [*match_notes.of_limbs(markers), *match_notes.of_alignment(found)]
+        return found.matrix, [*match_notes.of_limbs(markers, found.scale), *match_notes.of_alignment(found)]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     picked = markers.reference[rows], given.surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not all(map(fixed_points.span_a_plane, picked)):
@@ -199,7 +209,7 @@ def _retargeted(given, markers, match):
 
 def _cuffs(given, markers, match, to_object):
     """([core.cuffs.Cuff], sentences): places and radii are in the object's space, turns in the world."""
-    if not given.options.use_cuffs:
+    if not given.options.use_cuffs or given.is_skeleton:  # joints are inside, nearly in one line
         return [], []
     found, refused = cuffs.find_cuffs(markers.path, markers.reference, markers.landmarks, match.vertex, given.surface)
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))

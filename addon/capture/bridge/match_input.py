@@ -11,6 +11,7 @@ from ...errors import SceneError
 from ...scene import actions, mesh_arrays, shape_keys, subject
 from ...scene.core import motion
 from ...scene.surface import Surface
+from ..core import landmarks
 from . import marker_landmarks, marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.
@@ -27,12 +28,14 @@ class MatchInput:
     recording: takes.Recording  # the take
     standing: takes.Recording  # the take with the reference frame, which may be the same
     used: frozenset  # markers that are ticked
-    landmarks: dict  # {marker: landmark or None}
+    landmarks: dict  # {marker: landmark or None}, of those that are used
+    others: frozenset  # markers whose names say that something else wears them
+    is_skeleton: bool  # the markers are joints
     recognition: str  # how the names of the markers were known, in words
     fixed: dict  # {marker: vertex} to be kept
     picked: frozenset  # the names of those of them that were picked by hand
     to_object: np.ndarray | None  # 4 x 4 from the markers' world to the object's space; None: as `align` says
-    options: SimpleNamespace  # OPTIONS, and cutoff_hz, which is None without a filter
+    options: SimpleNamespace  # OPTIONS, cutoff_hz, which is None without a filter, and whether the mesh is a body
 
 
 def problem(obj):
@@ -90,10 +93,11 @@ def _read(obj, fixed, picked, to_object):
     recording = takes.read(capture.take)
     other = capture.reference_take
     standing = recording if other is None or other == capture.take else takes.read(other)
-    landmarks, recognition = marker_landmarks.recognised(capture, recording.labels)
-    left_out = {pair.name for pair in capture.pairs if not pair.is_used}
+    used = [label for label in recording.labels if label not in capture.pairs or capture.pairs[label].is_used]
+    is_skeleton = capture.take.meanvalue.is_skeleton
+    known, others, recognition = marker_landmarks.recognised(capture, used, is_skeleton)
     options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
-    options.cutoff_hz = capture.cutoff_hz if capture.use_low_pass else None
+    options.cutoff_hz, options.is_of_body = capture.cutoff_hz if capture.use_low_pass else None, True
     to_world = subject.to_world(obj)
     own = shape_keys.rest_positions(obj.data)
     return MatchInput(
@@ -102,8 +106,10 @@ def _read(obj, fixed, picked, to_object):
         to_world=to_world,
         recording=recording,
         standing=standing,
-        used=frozenset(recording.labels) - left_out,
-        landmarks=dict(zip(recording.labels, landmarks, strict=True)),
+        used=frozenset(used),
+        landmarks=known,
+        others=others,
+        is_skeleton=is_skeleton or landmarks.has_joints(known.values()),
         recognition=recognition,
         fixed=fixed,
         picked=frozenset(picked),

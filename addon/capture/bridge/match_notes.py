@@ -26,24 +26,25 @@ def of_retargeting(given, markers):
         )
 
 
-def of_placeless(joints):
-    """Says which joints of a skeleton have no handle."""
-    if joints:
+def of_left_out(given, names):
+    """Says which markers have no handle, as they are not on the body, or which joints, as their place is not known."""
+    if names:
+        what, why = ("joint", "without a known place") if given.is_skeleton else ("marker", "that nothing shows to be")
         yield (
-            f"{wording.counted(len(joints), 'joint')} without a known place on the body and without a handle: "
-            f"{wording.quoted(joints)}. Choose a Landmark, or pick the point, of those that should have one"
+            f"No handle for {wording.counted(len(names), what)} {why} on the body: {wording.quoted(names)}. Choose a "
+            "Landmark, or pick the point, of those that should have one"
         )
 
 
-def of_limbs(markers):
-    """Says so where names do not tell which markers are on arms and legs."""
+def of_limbs(markers, scale):
+    """Says so where no marker is known to be on arms or legs."""
     unknown = landmarks.unknown_limbs(markers.landmarks)
     if unknown:
         known = sum(1 for place in markers.landmarks if place)
         yield (
-            f"The place on the body is known of {known} of {wording.counted(len(markers.labels), 'marker')}, and "
-            f"nothing tells how {wording.listed(unknown)} lie. If the mesh bends wrongly, choose the Landmark of "
-            "shoulders, elbows, hips and knees in the list, and match again"
+            f"Nothing holds {wording.listed(unknown)}, nor tells how they lie: the place on the body is known of "
+            f"{known} of {wording.counted(len(markers.labels), 'marker')}, scaled by {scale:.3g}. If there are markers "
+            "of shoulders, elbows, hips and knees, choose their Landmark and match again; else pin what should stay"
         )
 
 

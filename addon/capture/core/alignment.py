@@ -25,6 +25,8 @@ FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
 TURNS = 16
 #: What the scale may differ by from that of the heights of known landmarks, and where none is known.
 SCALE_KNOWN, SCALE_UNKNOWN = 0.08, 0.3
+#: Meters of a person, and of which share a mesh or what is captured of one is at least as tall.
+PERSON, LOW = 1.75, 0.7
 #: How much the height of a landmark on an upright body counts beside the surface: along a leg the skin tells nothing.
 HEIGHT_COUNTS = 0.25
 #: How much the way of the feet counts beside the surface.
@@ -188,6 +190,8 @@ def _scale_by_heights(markers, heights, height):
         if tall > 0.0:
             return height / tall, base, SCALE_KNOWN
     tall = np.ptp(markers[:, 2])
+    if tall < LOW * PERSON < height < PERSON / LOW:  # a part of a person, over the ground of the capture
+        return height / PERSON, min(0.0, markers[:, 2].min()), SCALE_KNOWN
     return height / (1.02 * tall), markers[:, 2].min() - 0.01 * tall, SCALE_UNKNOWN
 
 

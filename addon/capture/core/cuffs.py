@@ -46,8 +46,6 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
     markers  (f, m, 3) aligned, retargeted, NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks
     m names or None; anchors  (m,) vertices that they carry; surface  the mesh's Surface.
     """
-    if places.has_joints(landmarks):
-        return [], {}  # they are inside, nearly in one line
     # Hips, which go with the pelvis, are the third point of thighs that have two markers.
     rest, moving, names = with_hips(reference, markers, landmarks)
     cuffs, refused, taken = [], {}, set(np.asarray(anchors).tolist())

@@ -1,115 +1,74 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Marker sets that laboratories use, and the joints of common skeletons: the landmark of each label, and of other ways
-to write it."""
+"""Names of markers and of the joints of skeletons, by the landmarks that they stand for."""
+
+import re
 
 
-def _both_sides(pattern, names, left="L", right="R"):
-    """{"LKNE": "knee.L", "RKNE": "knee.R", ...} of {"KNE": "knee"}; `pattern` puts side and name together."""
-    return {
-        pattern.format(side=word, name=name): f"{place}.{side}"
-        for side, word in (("L", left), ("R", right))
-        for name, place in names.items()
-    }
+def key_of(name):
+    """A name without what laboratories write differently: case, and what separates words."""
+    return re.sub(r"[\s._\-]+", "", name).casefold()
 
 
-PLUG_IN_GAIT = {
-    "C7": "neck.back", "CV7": "neck.back", "T10": "back", "TV10": "back", "CLAV": "clavicle", "STRN": "sternum",
-    "STERN": "sternum", "RBAK": "back.shoulder.R", "BAK": "back.shoulder.R",
-    **_both_sides("{side}{name}", {
-        "FHD": "head.front", "BHD": "head.back", "SHO": "shoulder", "ACR": "shoulder", "UPA": "upper_arm",
-        "ELB": "elbow", "FRM": "forearm", "WRA": "wrist.thumb", "WRI": "wrist.thumb", "WRB": "wrist.little",
-        "FIN": "hand", "ASI": "pelvis.front", "ASIS": "pelvis.front", "PSI": "pelvis.back", "PSIS": "pelvis.back",
-        "THI": "thigh", "THIGH": "thigh", "KNE": "knee", "KNEE": "knee", "TIB": "shank", "SHANK": "shank",
-        "SHN": "shank", "ANK": "ankle", "ANKLE": "ankle", "HEE": "heel", "HEEL": "heel", "TOE": "toe", "MT2": "toe",
-    }),
-}  # fmt: skip
+def _by_name(central, sided):
+    """{key of a name: landmark} of {landmark: names}. Those of `sided` have the side before or behind them, as a word
+    or letter: "LKNE", "KneeLeft"."""
+    result = {key_of(name): landmark for landmark, names in central.items() for name in names.split()}
+    for landmark, names in sided.items():
+        for side in ("L", "R", "Left", "Right"):
+            for name in names.split():
+                result[key_of(side + name)] = result[key_of(name + side)] = f"{landmark}.{side[0]}"
+    return result
 
-# Rajagopal et al., Full-body musculoskeletal model for muscle-driven simulation of human gait, 2016: subject 11's data.
-RAJAGOPAL = {
-    "S2": "pelvis.back", "Sacrum": "pelvis.back", "SACR": "pelvis.back", "V.Sacral": "pelvis.back",
-    **_both_sides("{side}.{name}", {
-        "Shoulder": "shoulder", "ACR": "shoulder", "Clavicle": "clavicle", "SC": "clavicle", "Biceps": "upper_arm",
-        "UA": "upper_arm", "Elbow": "elbow", "LEL": "elbow", "MElbow": "elbow.inner", "MEL": "elbow.inner",
-        "Forearm": "forearm", "FA": "forearm", "Wrist": "wrist", "ASIS": "pelvis.front", "ASI": "pelvis.front",
-        "PSIS": "pelvis.back", "PSI": "pelvis.back", "TH1": "thigh", "TH2": "thigh.2", "TH3": "thigh.3",
-        "TH4": "thigh.4", "Knee": "knee", "LFC": "knee", "MKnee": "knee.inner", "MFC": "knee.inner", "SH1": "shank",
-        "SH2": "shank.2", "SH3": "shank.3", "SH4": "shank.4", "Ankle": "ankle", "LMAL": "ankle",
-        "MAnkle": "ankle.inner", "MMAL": "ankle.inner", "Heel": "heel", "CAL": "heel", "MT5": "toe.little",
-        "Toe": "toe", "TOE1": "toe",
-    }),
-}  # fmt: skip
 
-# With OptiTrack's newer names, and Helen Hayes' as OpenSim and Cortex write them.
-COMMON_41 = {
-    "HeadTop": "head.top", "Top.Head": "head.top", "HeadFront": "head.front", "Front.Head": "head.front",
-    "HeadSide": "head.side", "Rear.Head": "head.side", "HeadL": "head.side", "BackTop": "neck.back",
-    "SpineTop": "neck.back", "BackLeft": "back.L", "BackL": "back.L", "BackRight": "back.R", "BackR": "back.R",
-    "Chest": "sternum", "Sternum": "sternum", "ChestTop": "sternum",
-    **_both_sides("Waist{side}{name}", {"Front": "pelvis.front", "Back": "pelvis.back"}),
-    **_both_sides("{side}{name}", {
-        "ShoulderTop": "shoulder", "Shoulder": "shoulder", "Acromium": "shoulder", "ShoulderBack": "back.shoulder",
-        "UArmHigh": "upper_arm", "Arm": "upper_arm", "UpperArm": "upper_arm", "BicepsLateral": "upper_arm",
-        "ElbowOut": "elbow", "Elbow": "elbow", "WristOut": "wrist.little", "Wrist": "wrist.little",
-        "WristIn": "wrist.thumb", "HandOut": "hand", "Hand": "hand", "ASIS": "pelvis.front", "PSIS": "pelvis.back",
-        "Thigh": "thigh", "ThighFront": "thigh", "KneeOut": "knee", "Knee": "knee", "KneeLat": "knee", "Shin": "shank",
-        "Shank": "shank", "ShankFront": "shank", "AnkleOut": "ankle", "Ankle": "ankle", "AnkleLat": "ankle",
-        "Heel": "heel", "HeelBack": "heel", "ToeIn": "toe.big", "ForefootIn": "toe.big", "ToeOut": "toe.little",
-        "ForefootOut": "toe.little", "MidfootLat": "toe.little", "ToeTip": "toe.tip", "Toe": "toe.tip",
-    }),
-}  # fmt: skip
+# Plug-in Gait; subject 11 of Rajagopal et al., Full-body musculoskeletal model for muscle-driven simulation of human
+# gait, 2016; Baseline 41 and OptiTrack's newer names; Helen Hayes as OpenSim and Cortex write it.
+MARKERS = _by_name({
+    "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL",
+    "neck.back": "C7 CV7 BackTop SpineTop", "clavicle": "CLAV", "sternum": "STRN STERN Sternum Chest ChestTop",
+    "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK BAK",
+    "pelvis.back": "S2 Sacrum SACR V.Sacral", "pelvis.front.L": "WaistLFront", "pelvis.front.R": "WaistRFront",
+    "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
+}, {
+    "head.front": "FHD", "head.back": "BHD", "clavicle": "Clavicle SC", "back.shoulder": "ShoulderBack",
+    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut Elbow", "elbow.inner": "MEL MElbow",
+    "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral", "forearm": "FRM FA Forearm", "wrist": "Wrist",
+    "wrist.thumb": "WRA WRI WristIn", "wrist.little": "WRB WristOut", "hand": "FIN HandOut Hand",
+    "pelvis.front": "ASI ASIS", "pelvis.back": "PSI PSIS", "thigh": "THI TH1 Thigh ThighFront", "thigh.2": "TH2",
+    "thigh.3": "TH3", "thigh.4": "TH4", "knee": "KNE LFC Knee KneeOut KneeLat", "knee.inner": "MFC MKnee",
+    "shank": "TIB SHN SH1 Shank ShankFront Shin", "shank.2": "SH2", "shank.3": "SH3", "shank.4": "SH4",
+    "ankle": "ANK LMAL Ankle AnkleOut AnkleLat", "ankle.inner": "MMAL MAnkle", "heel": "HEE CAL Heel HeelBack",
+    "toe": "TOE TOE1 MT2", "toe.big": "ToeIn ForefootIn", "toe.little": "MT5 ToeOut ForefootOut MidfootLat",
+    "toe.tip": "ToeTip",
+})  # fmt: skip
 
-SPINE = {f"Spine{number or ''}": f"spine.{number + 1}" if number else "spine" for number in range(4)}
-
-# Of MotionBuilder, Mixamo, and CMU's motions as they are usually converted.
-JOINTS_BY_BONE = {
-    "Hips": "pelvis.joint", "Pelvis": "pelvis.joint", **SPINE, "Chest": "spine.3", "LowerBack": "spine.4",
-    "Neck": "neck.joint", "Head": "head.joint", "HeadTop_End": "head.top", "Head_end": "head.top",
-    **_both_sides("{side}{name}", {
-        "UpLeg": "hip", "UpperLeg": "hip", "Leg": "knee.joint", "LowerLeg": "knee.joint", "Foot": "ankle.joint",
-        "ToeBase": "toe.joint", "Toe": "toe.joint", "ToeBase_end": "toe.tip", "Toe_End": "toe.tip",
-        "Shoulder": "clavicle.joint", "Arm": "shoulder.joint", "UpperArm": "shoulder.joint", "ForeArm": "elbow.joint",
-        "LowerArm": "elbow.joint", "Hand": "wrist.joint", "HandMiddle1": "hand.joint", "FingerBase": "hand.joint",
-    }, "Left", "Right"),
-}  # fmt: skip
+# Bones begin with the joint: of MotionBuilder, Mixamo, MakeHuman, game engines, and motions of research as converted.
+JOINTS_BY_BONE = _by_name({
+    "pelvis.joint": "Hips Pelvis root", "spine": "Spine spine05", "spine.2": "Spine1 spine04",
+    "spine.3": "Spine2 Chest spine03", "spine.4": "Spine3 LowerBack spine02", "spine.5": "spine01",
+    "neck.joint": "Neck neck01", "head.joint": "Head", "head.top": "HeadTop_End Head_end", "toe.tip.L": "Toe_L_end",
+    "toe.tip.R": "Toe_R_end",
+}, {
+    "clavicle.joint": "Shoulder Clavicle", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus",
+    "upper_arm": "upperarm02", "elbow.joint": "ForeArm LoArm LowerArm lowerarm01 Radius", "forearm": "lowerarm02",
+    "wrist.joint": "Hand Wrist", "hand.joint": "HandMiddle1 Middle1 FingerBase finger3-1", "thigh": "upperleg02",
+    "hip": "UpLeg UpperLeg upperleg01 Thigh Femur", "knee.joint": "Leg LoLeg LowerLeg lowerleg01 Shin Calf Tibia",
+    "shank": "lowerleg02", "ankle.joint": "Foot", "toe.joint": "Toe ToeBase Toes Ball toe1-1",
+    "toe.tip": "Toe_End ToeBase_end",
+})  # fmt: skip
 
 # Of Poser and of the older converters: bones are called after the joint that they begin with.
-JOINTS_BY_JOINT = {
-    "Hips": "pelvis.joint", "LowerBack": "spine", "Chest": "spine.2", "Chest2": "spine.3", "Neck": "neck.joint",
-    "Head": "head.joint", "Head_end": "head.top",
-    **_both_sides("{side}{name}", {
-        "Hip": "hip", "Knee": "knee.joint", "Ankle": "ankle.joint", "Toe": "toe.joint", "Ankle_end": "toe.joint",
-        "Toe_end": "toe.tip", "Collar": "clavicle.joint", "Shoulder": "shoulder.joint", "Elbow": "elbow.joint",
-        "Wrist": "wrist.joint",
-    }, "Left", "Right"),
-}  # fmt: skip
+JOINTS_BY_JOINT = _by_name({
+    "pelvis.joint": "Hips", "spine": "LowerBack", "spine.2": "Chest", "spine.3": "Chest2", "neck.joint": "Neck",
+    "head.joint": "Head", "head.top": "Head_end",
+}, {
+    "clavicle.joint": "Collar", "shoulder.joint": "Shoulder", "elbow.joint": "Elbow", "wrist.joint": "Wrist",
+    "hip": "Hip", "knee.joint": "Knee", "ankle.joint": "Ankle", "toe.joint": "Toe Ankle_end", "toe.tip": "Toe_end",
+})  # fmt: skip
 
-JOINTS_MAKEHUMAN = {
-    "Hips": "pelvis.joint", "Spine1": "spine", "Spine2": "spine.2", "Spine3": "spine.3", "Neck": "neck.joint",
-    "Head": "head.joint", "Head_end": "head.top", "Toe_L_end": "toe.tip.L", "Toe_R_end": "toe.tip.R",
-    **_both_sides("{name}_{side}", {
-        "UpLeg": "hip", "LoLeg": "knee.joint", "Foot": "ankle.joint", "Toe": "toe.joint", "Toe_end": "toe.tip",
-        "Clavicle": "clavicle.joint", "UpArm": "shoulder.joint", "LoArm": "elbow.joint", "Hand": "wrist.joint",
-        "Middle1": "hand.joint",
-    }),
-}  # fmt: skip
+# What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
+POSE_ESTIMATORS = JOINTS_BY_JOINT | _by_name(
+    {"head.top": "Head", "head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase", "spine.3": "Thorax"},
+    {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel"},
+)
 
-JOINTS_MAKEHUMAN_DEFAULT = {
-    "root": "pelvis.joint", "spine05": "spine", **{f"spine0{5 - n}": f"spine.{n + 1}" for n in range(1, 5)},
-    "neck01": "neck.joint", "head": "head.joint", "head_end": "head.top",
-    **_both_sides("{name}.{side}", {
-        "upperleg01": "hip", "upperleg02": "thigh", "lowerleg01": "knee.joint", "lowerleg02": "shank",
-        "foot": "ankle.joint", "toe1-1": "toe.joint", "clavicle": "clavicle.joint", "upperarm01": "shoulder.joint",
-        "upperarm02": "upper_arm", "lowerarm01": "elbow.joint", "lowerarm02": "forearm", "wrist": "wrist.joint",
-        "finger3-1": "hand.joint",
-    }),
-}  # fmt: skip
-
-BUILT_IN = {
-    "Plug-in Gait": PLUG_IN_GAIT,
-    "Rajagopal 2015": RAJAGOPAL,
-    "Baseline 41": COMMON_41,
-    "Joints (Hips, LeftUpLeg, LeftLeg)": JOINTS_BY_BONE,
-    "Joints (Hips, LeftHip, LeftKnee)": JOINTS_BY_JOINT,
-    "Joints (Hips, UpLeg_L, LoLeg_L)": JOINTS_MAKEHUMAN,
-    "Joints (upperleg01.L, lowerleg01.L)": JOINTS_MAKEHUMAN_DEFAULT,
-}
+BUILT_IN = (MARKERS, JOINTS_BY_BONE, JOINTS_BY_JOINT, POSE_ESTIMATORS)

@@ -72,6 +72,9 @@ PLACES = {
     "toe.joint": Place(("foot.*",), 0.02, True),
 }
 
+#: Joints of a skeleton without its fingers.
+JOINTS = 20
+
 #: First words of the places on an arm.
 ARM = ("upper_arm", "elbow", "forearm", "wrist", "hand")
 
@@ -113,8 +116,10 @@ def segments(landmarks):
 
 
 def has_joints(landmarks):
-    """True if landmarks (names or None) are joints of a skeleton, inside of the body, and no markers on its skin."""
-    return any(landmark and ".joint" in landmark for landmark in landmarks)
+    """True if most of landmarks (names or None), or of the JOINTS that a skeleton has without its fingers, are joints,
+    inside of the body, and no markers on its skin."""
+    joints = [name for name in landmarks if name and (".joint" in name or name in ("hip.L", "hip.R"))]
+    return 2 * len(joints) >= max(1, min(len(landmarks), JOINTS))
 
 
 def unknown_limbs(landmarks):

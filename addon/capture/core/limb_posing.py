@@ -50,7 +50,7 @@ def posed_and_actor(markers, landmarks, body):
     for number, side in enumerate("LR"):
         shoulder, other = (_middle(markers, landmarks, which, "shoulder") for which in (side, "RL"[number]))
         if shoulder is not None and other is not None:
-            below = 0.0 if f"shoulder.joint.{side}" in landmarks else BELOW * body.height
+            below = 0.0 if body.is_for_joints else BELOW * body.height
             _pose_arm(result, landmarks, side, shoulder - [0.0, 0.0, below], shoulder - other, body, looks)
         if len(hips):
             out = _level(hips[number] - hips[1 - number])

@@ -1,69 +1,61 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which marker is where on the body: sets that laboratories use, recognised by their names.
 
-A set is {label: landmark}.
+A label may begin with a subject: the person or thing that wears the marker.
 """
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from .known_sets import BUILT_IN
+from .known_sets import BUILT_IN, key_of
+from .landmarks import has_joints
+
+#: How a subject is put before a name: "Subject:LASI", "Subject_LASI".
+SUBJECTS = (r"(.*:)(.*)", r"([^:_ ]+[_ ])(.+)")
+#: Bones that are called after a part of the body begin with its upper joint.
+BONES = {"thigh.L": "hip.L", "thigh.R": "hip.R"}
 
 
-@dataclass(frozen=True)
-class Recognition:
-    """What `recognise()` found: the set that fits best and the landmark of each label that was asked for, or None."""
+class Recognition(NamedTuple):
+    """The landmark of each label that was asked for, or None; numbers of labels that props or another person wear."""
 
-    name: str | None
     landmarks: tuple
-    #: Labels that have a landmark, and landmarks of the set that nobody asked for.
-    matched: int = 0
-    absent: int = 0
-
-    @property
-    def words(self):
-        """For the artist."""
-        if self.name is None:
-            return f"None of the {len(self.landmarks)} names is of a known marker set."
-        rest = f"; {self.absent} of that set are not there" if self.absent else ""
-        return f"{self.name}: {self.matched} of {len(self.landmarks)} names known{rest}."
+    others: tuple
 
 
-def recognise(labels):
-    """The `Recognition` of labels by the set that knows most of them.
+def recognise(labels, is_skeleton=False):
+    """The `Recognition` of labels by the set that knows most of them. is_skeleton: they are known to be joints.
 
-    Of sets that know as many, the one with fewer absent markers. What all labels begin with, up to "_", is left out
-    where that helps. Landmarks are not given twice: of two labels for one, the one that is written as the set has it
+    Else names are of joints only if most of them are. Landmarks are not given twice: of two labels for one, the shorter
     is known, else the first.
     """
-    labels = list(labels)
-    prefix = re.match(r"(.+?_)", labels[0]) if len(labels) > 1 else None
-    spellings = [labels]
-    if prefix and all(label.startswith(prefix.group(1)) and label != prefix.group(1) for label in labels):
-        spellings.append([label[len(prefix.group(1)) :] for label in labels])
-    best = Recognition(None, (None,) * len(labels))
-    for name, marker_set in BUILT_IN.items():
-        for spelling in spellings:
-            found = landmarks_of(marker_set, spelling)
-            known = set(found) - {None}
-            absent = len(set(marker_set.values()) - known)
-            if known and (best.name is None or (len(known), -absent) > (best.matched, -best.absent)):
-                best = Recognition(name, tuple(found), len(known), absent)
+    best = Recognition((None,) * len(labels), ())
+    for pattern in SUBJECTS:
+        parts = [re.fullmatch(pattern, label, re.DOTALL) or ("", "", label) for label in labels]
+        for marker_set in BUILT_IN:
+            known = [marker_set.get(key_of(part[2])) for part in parts]
+            found = _of_one(known, [part[1] for part in parts], [part[2] for part in parts])
+            is_possible = is_skeleton or has_joints(found.landmarks) or not has_joints(marker_set.values())
+            if is_possible and found.landmarks.count(None) < best.landmarks.count(None):
+                best = found
+    if is_skeleton and "hip.L" not in best.landmarks:
+        best = best._replace(landmarks=tuple(BONES.get(landmark, landmark) for landmark in best.landmarks))
     return best
 
 
-def landmarks_of(marker_set, labels):
-    """[landmark or None] of the labels, however they are spelled ("Subject:LASI", "r_knee"); none of them twice."""
-    by_key = {_key_of(label): landmark for label, landmark in marker_set.items()}
-    exact = {marker_set[label] for label in labels if label in marker_set}
-    found = []
-    for label in labels:
-        landmark = by_key.get(_key_of(label))
-        is_free = landmark not in found and (landmark not in exact or label in marker_set)
-        found.append(landmark if is_free else None)
-    return found
-
-
-def _key_of(label):
-    """A label without what laboratories write differently: prefixes up to ":", case, and what separates words."""
-    return re.sub(r"[\s._\-]+", "", label.rsplit(":", 1)[-1]).casefold()
+def _of_one(known, subjects, names):
+    """The Recognition of one person: of the subject of which most is known, and those that have what he has not
+    (gloves). known  landmarks or None."""
+    members, found, others, taken = {}, [None] * len(names), [], set()
+    for number in sorted(range(len(names)), key=lambda number: len(names[number])):
+        members.setdefault(subjects[number], []).append(number)
+    of_each = [(subject, numbers, {known[k] for k in numbers} - {None}) for subject, numbers in members.items()]
+    for subject, numbers, own in sorted(of_each, key=lambda each: -len(each[2])):
+        if taken and (own & taken or (subject and not own)):
+            others += numbers
+            continue
+        for number in numbers:
+            if known[number] not in {None, *taken}:
+                found[number] = known[number]
+                taken.add(known[number])
+    return Recognition(tuple(found), tuple(others))

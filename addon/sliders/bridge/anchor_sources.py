@@ -34,7 +34,7 @@ from . import head_motion
 LEAST_MARKERS = 3
 
 #: What a face needs of the options of Match Markers, which are for bodies.
-OF_FACES = {"pose_limbs": False, "use_cuffs": False, "mode": 'AS_CAPTURED'}
+OF_FACES = {"pose_limbs": False, "use_cuffs": False, "mode": 'AS_CAPTURED', "is_of_body": False}
 
 
 class HandleAnchors:
