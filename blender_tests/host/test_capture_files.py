@@ -105,9 +105,8 @@ def test_a_silent_file_is_stood_upright_by_its_markers():
 
 @pytest.mark.parametrize("told, header", [(0.02, 0.06), (0.06, 0.02), (0.06, 0.06), (0.0, 0.06), (0.1, -0.1)])
 def test_of_two_scales_the_one_of_a_person_is_taken(told, header):
-    scale = header if header < 0.0 else 0.06
-    parts = {"point": {"SCALE": told}, "header": {"scale": header}}
-    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, scale=scale, **parts))
+    parts = {"scale": -0.1 if header < 0.0 else 0.06, "point": {"SCALE": told}, "header": {"scale": header}}
+    take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, **parts))
     assert np.abs(take.positions - METRES).max() < 4e-5
     assert has_note(take, "1.7 m is assumed") == (told == 0.02)
 

@@ -77,7 +77,7 @@ class Recording:
     unit: str = ""
     #: One of units.UP_AXES, None where the file does not say.
     up_axis: str | None = None
-    #: The axis that is up by custom of this format or maker, and words for that.
+    #: The axis that is up by custom of this format, and words for that.
     usual_up: tuple[str, str] = ("Z", "as most laboratories have it")
     notes: list[str] = field(default_factory=list)
     #: The points are joints: they are never missing.
