@@ -186,7 +186,7 @@ def test_labels_are_unique_and_never_empty():
     assert len(set(take.labels)) == 8
     assert [take.labels[k] for k in (0, 1, 4, 7)] == ["A", "B", "A_2", "Point 7"]
     assert take.labels[2:4] == ("A_3", "Point 4")
-    assert has_note(take, "2 markers without a name") and has_note(take, "2 markers had the name of another")
+    assert has_note(take, "4 markers had no name of their own", "'Point 7_2'")
 
 
 def test_more_labels_than_one_parameter_holds():

@@ -205,12 +205,9 @@ class Recording:
                 name = f"{wanted}_{next(counts.setdefault(wanted, itertools.count(2)))}"
             used.add(name)
             unique.append(name)
-        nameless = given.count("")
-        renamed = [name for name, label in zip(unique, given, strict=True) if label and name != label]
-        if nameless:
-            self.notes.append(f"{nameless} markers without a name are called after their number, as 'Point 1'")
+        renamed = [name for name, label in zip(unique, given, strict=True) if name != label]
         if renamed:
-            self.notes.append(f"{len(renamed)} markers had the name of another and got a number, as '{renamed[-1]}'")
+            self.notes.append(f"{len(renamed)} markers had no name of their own and got a number, as '{renamed[-1]}'")
         return tuple(unique)
 
 

@@ -116,8 +116,8 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             else:
                 rate = scene.render.fps / scene.render.fps_base
             for take in read:
-                start = self.start_frame + take.start_s * rate
-                frames.append(start + np.arange(take.frames) * (rate / take.rate_hz))  # fractional ones, too
+                samples = round(take.start_s * take.rate_hz) + np.arange(take.frames)
+                frames.append(self.start_frame + samples * (rate / take.rate_hz))  # fractional ones, too
                 made.append(takes.make(take, frames[-1], self.scale))
         except BaseException:
             scene.render.fps, scene.render.fps_base = former
@@ -164,7 +164,7 @@ def _account(take, collection, frames):
     return [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
         f"{wording.counted(take.frames, 'sample')}, {(take.frames - 1) / take.rate_hz:.2f} s at {take.rate_hz:g} Hz",
-        *([f"The file is of its recording from {take.start_s:g} s on"] if take.start_s else []),
+        *([f"The file starts {take.start_s:g} s into its recording"] if take.start_s else []),
         f"Markers are seen from frame {first:g} to {last:g}",
         f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "No gaps",
         *([f"Left out, since they are no markers: {kinds}"] if kinds else []),
