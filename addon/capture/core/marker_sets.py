@@ -26,15 +26,14 @@ class Recognition(NamedTuple):
 def recognise(labels, is_skeleton=False):
     """The `Recognition` of labels by the set that knows most of them. is_skeleton: they are known to be joints.
 
-    Else names are of joints only if most of them are. Landmarks are not given twice: of two labels for one, the shorter
-    is known, else the first.
+    Else names are of joints only if most of them are. Landmarks are not given twice: of two labels for one, that
+    is known which the set has first, else the shorter.
     """
     best = Recognition((None,) * len(labels), ())
     for pattern in SUBJECTS:
         parts = [re.fullmatch(pattern, label, re.DOTALL) or ("", "", label) for label in labels]
         for marker_set in BUILT_IN:
-            known = [marker_set.get(key_of(part[2])) for part in parts]
-            found = _of_one(known, [part[1] for part in parts], [part[2] for part in parts])
+            found = _of_one(marker_set, [part[1] for part in parts], [part[2] for part in parts])
             is_possible = is_skeleton or has_joints(found.landmarks) or not has_joints(marker_set.values())
             if is_possible and found.landmarks.count(None) < best.landmarks.count(None):
                 best = found
@@ -43,11 +42,13 @@ def recognise(labels, is_skeleton=False):
     return best
 
 
-def _of_one(known, subjects, names):
+def _of_one(marker_set, subjects, names):
     """The Recognition of one person: of the subject of which most is known, and those that have what he has not
-    (gloves). known  landmarks or None."""
+    (gloves)."""
+    keys, rank = [key_of(name) for name in names], {key: number for number, key in enumerate(marker_set)}
+    known = [marker_set.get(key) for key in keys]
     members, found, others, taken = {}, [None] * len(names), [], set()
-    for number in sorted(range(len(names)), key=lambda number: len(names[number])):
+    for number in sorted(range(len(names)), key=lambda number: (rank.get(keys[number], 0), len(names[number]))):
         members.setdefault(subjects[number], []).append(number)
     of_each = [(subject, numbers, {known[k] for k in numbers} - {None}) for subject, numbers in members.items()]
     for subject, numbers, own in sorted(of_each, key=lambda each: -len(each[2])):
