@@ -169,14 +169,12 @@ def test_where_no_named_marker_is_seen_the_unlabelled_points_are_the_markers():
     assert take.left_out == {"never seen": walker.LABELS[:3]}
 
 
-def test_rotations_alone_are_refused_by_the_names_of_their_segments():
-    with pytest.raises(MotionFileError, match=r"no points .only rotations of 3 segments, 'trunk', 'shin' and 'toe'"):
-        read_c3d(capture_files.c3d([], np.zeros((20, 0, 3)), groups={"ROTATION": {"LABELS": ["trunk", "shin", "toe"]}}))
-
-
-def test_a_file_of_model_outputs_alone_is_refused():
+def test_files_without_any_marker_are_refused_by_what_they_have():
     content = capture_files.c3d(["A", "B"], METRES[:, :2], point={"ANGLES": ["A"], "POWERS": ["B"]})
     with pytest.raises(MotionFileError, match=r"no marker has a sample .1 angles, 1 powers"):
+        read_c3d(content)
+    content = capture_files.c3d([], np.zeros((20, 0, 3)), groups={"ROTATION": {"LABELS": ["trunk", "shin", "toe"]}})
+    with pytest.raises(MotionFileError, match=r"no points .only rotations of 3 segments, 'trunk', 'shin' and 'toe'"):
         read_c3d(content)
 
 

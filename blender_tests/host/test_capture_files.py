@@ -119,6 +119,12 @@ def test_axes_of_the_screen_give_way_to_where_head_and_feet_are(screen):
         assert has_note(take, f"says that {screen[1].lstrip('+')} is up: Z is taken") == (screen[1] != "+Z")
 
 
+def test_an_arm_that_reaches_out_does_not_overrule_the_file():
+    arm = 1000.0 * (np.outer(np.arange(4), (0.0, 0.2, -0.02)) + (0.2, 0.0, 1.0) + 0.01 * METRES[:, :4])
+    take = read_c3d(capture_files.c3d(["LSHO", "LELB", "LWRA", "LFIN"], arm))
+    assert np.abs(1000.0 * take.positions - arm).max() < 1e-3
+
+
 @pytest.mark.parametrize("order", [(1, 2, 0), (0, 2, 1), (2, 0, 1), (0, 1, 2)])
 def test_a_seated_person_without_axes_sits_upright(order):
     seated = np.array(list(SEATED.values())) + 0.03 * np.sin(np.arange(40)[:, None, None] / 4 + np.arange(7)[:, None])

@@ -12,7 +12,7 @@ from .model_outputs import UNLABELLED
 
 #: Meters from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
-#: Meters that a subject may have, from a face to several people, that a person from head to hips may, and that most do.
+#: Meters that a subject may have, from a face to several people, that a whole person may, and that most do.
 PLAUSIBLE, PERSON, USUAL = (0.1, 10.0), (0.3, 3.0), 1.7
 #: Letters of a label that are kept.
 LONGEST_LABEL = 120
@@ -95,9 +95,11 @@ class Recording:
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
             self._clean(self.positions)
             labels, positions = self._markers(left_out)
-            up, span = upright.by_names(labels, positions)
-            positions *= self._metres(positions, PERSON if span > 0.5 else PLAUSIBLE, unit)
-            positions = units.turn_up(positions, self._up(up or upright.by_floor(positions, self.up_axis), up_axis))
+            up, is_whole = upright.by_names(labels, positions)
+            positions *= self._metres(positions, PERSON if is_whole else PLAUSIBLE, unit)
+            if up is None or (self.up_axis and not is_whole):  # an arm may be held in any direction
+                up = upright.by_floor(positions, self.up_axis)
+            positions = units.turn_up(positions, self._up(up, up_axis))
         self._drop_damaged(positions)
         positions.flags.writeable = False
         if self.rate_hz is None:
