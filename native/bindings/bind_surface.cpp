@@ -9,6 +9,7 @@
 #include "bindings/bind.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/same_places.h"
 #include "meanvalue/mesh/surface_ways.h"
 #include "meanvalue/mesh/triangle_tree.h"
 
@@ -112,6 +113,16 @@ py::tuple nearest_places(const Surface& surface, const py::object& points, const
     return py::make_tuple(found, to_array(std::move(weights)), distances);
 }
 
+py::array_t<Index> firsts_of_places(const py::object& points, double distance) {
+    const PositionsArray given(points, "points");
+    std::vector<Index> found;
+    {
+        const py::gil_scoped_release released;
+        found = first_of_place(given.view(), distance, Execution());
+    }
+    return py::array_t<Index>(static_cast<py::ssize_t>(found.size()), found.data());
+}
+
 }  // namespace
 
 void bind_surface(py::module_& module) {
@@ -154,6 +165,12 @@ void bind_surface(py::module_& module) {
         .def_property_readonly(
             "parts", [](const py::object& self) { return view_of(self.cast<const SurfaceWays&>().parts(), self); },
             "(n,) int32: the lowest vertex of the connected piece of each.");
+    module.def(
+        "first_of_place", &firsts_of_places, py::arg("points"), py::arg("distance"),
+        "(n,) int32: for each of points (n, 3) the lowest of those that steps of at most `distance` lead to;\n"
+        "itself for one that is not finite. Of more than 8 points that are nearer together than about half of\n"
+        "that, those that are outermost along the axes stand for all in steps to others.\n"
+        "Raises InvalidInput that names what is wrong.");
 }
 
 }  // namespace meanvalue::bindings

@@ -402,6 +402,7 @@ def encode(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> Encoding: ...
+def first_of_place(points: ArrayLike, distance: float) -> NDArray[np.int32]: ...
 def start_bind(
     vertices: ArrayLike,
     faces: ArrayLike,
