@@ -113,12 +113,13 @@ def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, kind):
 
 
 def test_markers_that_tell_nothing_are_named_and_left_out(face, tmp_path, capfd):
-    wand = np.array([0.3, 0.0, 0.0]) + 0.01 * np.sin(np.arange(60))[:, None]
-    others = {"Wand": wand, "Stuck": np.tile([0.0, -0.1, 0.0], (60, 1))}
+    wand = np.array([0.3, 0.0, 0.0]) + 0.1 * np.sin(np.arange(60) / 9)[:, None]
+    others = {f"Wand{k}": wand + 0.03 * np.array([np.sin(k), np.cos(k), k / 20]) for k in range(20)}
+    others["Stuck"] = np.tile([0.0, -0.1, 0.0], (60, 1))
     truth = with_take(face, tmp_path, others=others)
     assert bake(**HEAD) == {'FINISHED'}
     said = capfd.readouterr().out
-    assert "never move: 'Stuck'" in said and "lie far from the surface: 'Wand'" in said
+    assert "never move: 'Stuck'" in said and "lie far from the surface: 'Wand0'" in said
     assert is_near(face, truth, 0.02)
 
 

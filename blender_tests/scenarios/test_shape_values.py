@@ -13,7 +13,7 @@ CSV = "Timecode,BlendShapeCount,JawOpen,MouthSmileLeft,HeadYaw\n" + "".join(
 )
 
 #: Two seconds of two shapes, 30 rows a second.
-NAMES, ROWS = ("JawOpen", "MouthSmileLeft"), range(60)
+NAMES, ROWS, SWAPPED = ("JawOpen", "MouthSmileLeft"), range(60), [*range(30), 31, 30, *range(32, 60)]
 VALUES = np.round(0.5 + 0.4 * np.sin(np.array(ROWS)[:, None] / [4.0, 5.0]), 4).tolist()
 OBJECTS = [dict(zip(NAMES, row, strict=True)) for row in VALUES]
 LISTS = {name: list(column) for name, column in zip(NAMES, zip(*VALUES, strict=True), strict=True)}
@@ -45,29 +45,13 @@ FORMS = {
     "dates.csv": (table(["t"], lambda i: [f"2026-01-01T23:59:{59.5 + i / 30:.3f}Z"], range(15)), 14 / 30, 15),
     "one row early.csv": (table(["Timecode"], lambda i: [code(0 if i == 24 else i, 24)]), 59 / 24, 59),
     "one row late.csv": (table(["time"], lambda i: [i / 30 + 99 * (i == 20)]), 59 / 30, 59),
-    "two rows swapped.csv": (
-        table(["Timecode"], lambda i: [code(i, 24)], [*range(30), 31, 30, *range(32, 60)]),
-        59 / 24,
-        59,
-    ),
-    "a list a shape.json": (json.dumps({"fps": 30, "shapes": LISTS}), 59 / 30, 60),
-    "lists alone.json": (json.dumps(LISTS), 59 / 24, 60),
-    "named lists.json": (
-        json.dumps([{"name": f"a[{name}]", "values": part} for name, part in LISTS.items()]),
-        59 / 24,
-        60,
-    ),
-    "names and scores.json": (
-        json.dumps([{"t": i / 30, "faces": [{"categories": scores(i)}]} for i in ROWS]),
-        59 / 30,
-        60,
-    ),
-    "milliseconds.json": (
-        json.dumps([{"timestampMs": i * 1000 / 30, "shapes": OBJECTS[i]} for i in ROWS]),
-        59 / 30,
-        60,
-    ),
-    "beside.json": (json.dumps({"times": [i / 30 for i in ROWS], "frames": VALUES, "names": NAMES}), 59 / 30, 60),
+    "two rows swapped.csv": (table(["Timecode"], lambda i: [code(i, 24)], SWAPPED), 59 / 24, 59),
+    "a list a shape.json": ({"fps": 30, "shapes": LISTS}, 59 / 30, 60),
+    "lists alone.json": (LISTS, 59 / 24, 60),
+    "named lists.json": ([{"name": f"a[{name}]", "values": part} for name, part in LISTS.items()], 59 / 24, 60),
+    "names and scores.json": ([{"t": i / 30, "faces": [{"categories": scores(i)}]} for i in ROWS], 59 / 30, 60),
+    "milliseconds.json": ([{"timestampMs": i * 1000 / 30, "shapes": OBJECTS[i]} for i in ROWS], 59 / 30, 60),
+    "beside.json": ({"times": [i / 30 for i in ROWS], "frames": VALUES, "names": NAMES}, 59 / 30, 60),
     "an object a line.ndjson": ("\n".join(json.dumps({"time": i / 30, **OBJECTS[i]}) for i in ROWS), 59 / 30, 60),
 }
 
@@ -107,6 +91,7 @@ def test_values_are_keyed_by_name_from_the_current_frame_on(face, tmp_path, capf
 def test_one_recording_in_forms_of_many_recorders(face, tmp_path, capfd, name):
     bpy.context.scene.render.fps = 24
     content, seconds, rows = FORMS[name]
+    content = content if isinstance(content, str) else json.dumps(content)
     assert run(tmp_path / name, content, names="jawopen=JAW_OPEN") == {'FINISHED'}
     for key, column in zip(("jaw_open", "mouthSmile_L"), zip(*VALUES, strict=True), strict=True):
         found = keyed(face, key)

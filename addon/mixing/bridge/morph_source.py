@@ -13,17 +13,11 @@ from ..core import grafting
 def require_alike(obj, source):
     """@throws SceneError, with both counts, if the faces of the two do not join the same vertices."""
     here, there = obj.data, source.data
-    counts = [(len(here.vertices), len(there.vertices), "vertices"), (len(here.polygons), len(there.polygons), "faces")]
-    for ours, theirs, what in counts:
-        if ours != theirs:
-            raise SceneError(
-                f"'{source.name}' has {theirs:,} {what}, '{obj.name}' has {ours:,}. Both need the same faces: Wrap "
-                f"gives '{obj.name}' the shape of another mesh"
-            )
-    if not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
+    has = [f"has {len(mesh.vertices):,} vertices and {len(mesh.polygons):,} faces" for mesh in (there, here)]
+    if has[0] != has[1] or not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
         raise SceneError(
-            f"Faces of '{source.name}' join other vertices than in '{obj.name}', though there are as many. Both need "
-            f"the same faces in the same order: Wrap gives '{obj.name}' the shape of another mesh"
+            f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. Both need the same faces in the same order: Wrap gives "
+            f"'{obj.name}' the shape of another mesh"
         )
 
 

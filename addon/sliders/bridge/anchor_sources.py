@@ -26,12 +26,15 @@ from ...errors import SceneError
 from ...posing.bridge import scene_input, targets
 from ...scene import frames
 from ...scene.core import motion
-from ..core import marked_face
 from ..core.key_drive import DriveInput
 from . import head_motion
 
 #: Fewer leave open how the head is turned.
 LEAST_MARKERS = 3
+
+#: A marker is stuck that moves less than this share of what they usually do; one that is farther from the surface than
+#: this share of how far they usually are from their middle is of something else.
+STILL, FAR = 1e-3, 0.5
 
 #: What a face needs of the options of Match Markers, which are for bodies.
 OF_FACES = {"pose_limbs": False, "use_cuffs": False, "mode": 'AS_CAPTURED', "is_of_body": False}
@@ -93,7 +96,7 @@ class MarkerAnchors:
         recording = given.recording
         columns = [recording.labels.index(name) for name in matched.names]
         path = motion.apply(matched.alignment, recording.positions[:, columns])
-        used, self.notes = _told_of(matched, path, given.picked)
+        used, self.notes = _of_face(matched, path, given.picked)
         first, last = {
             'ANIMATION': (-np.inf, np.inf),
             'SCENE': (scene.frame_start, scene.frame_end),
@@ -108,20 +111,20 @@ class MarkerAnchors:
         self.pairs = np.broadcast_to(pair, (len(self.frames), 2, 4, 4))
 
 
-def _told_of(matched, path, picked):
+def _of_face(matched, path, picked):
     """(numbers of the markers that tell something of the face, notes on the others). @throws SceneError."""
-    is_still = marked_face.still(path)
-    is_far = marked_face.far(matched.rest, matched.distance * matched.size / matched.world_size)
+    moves = (np.fmax.reduce(path) - np.fmin.reduce(path)).max(axis=1)
+    spread = np.median(np.linalg.norm(matched.rest - np.median(matched.rest, axis=0), axis=1))
+    is_still = moves < STILL * np.nanmedian(moves)
+    is_far = matched.distance * matched.size / matched.world_size > FAR * spread
     is_far &= [name not in picked for name in matched.names]
-    used = np.flatnonzero(~is_still & ~is_far)
-    notes = []
+    notes, used = [], np.flatnonzero(~is_still & ~is_far)
     for flags, words in ((is_still, "never move"), (is_far & ~is_still, "lie far from the surface")):
-        names = [name for name, flag in zip(matched.names, flags, strict=True) if flag]
-        if names:
-            notes.append(f"Left out, since they {words}: {wording.quoted(names, limit=8)}")
+        if flags.any():
+            names = wording.quoted(np.array(matched.names)[flags], limit=8)
+            notes.append(f"Left out, since they {words}: {names}")
     if len(used) < LEAST_MARKERS:
-        raise SceneError(
-            f"{wording.counted(len(used), 'marker')} can be used, and the face needs {LEAST_MARKERS}. "
-            + ". ".join([*notes, "Check the picked points and the Reference Frame"])
-        )
+        count = wording.counted(len(used), "marker")
+        remedy = ". ".join([*notes, "Check the picked points and the Reference Frame"])
+        raise SceneError(f"{count} can be used, and the face needs {LEAST_MARKERS}. {remedy}")
     return used, notes

@@ -52,7 +52,13 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
         keys = obj.data.shape_keys
         names = [key.name for key in keys.key_blocks if key != keys.reference_key]
         found = key_names.matched(recorded.names, names, self.names)
-        curves = self._curves(recorded, found)
+        scene, curves = bpy.context.scene, {}
+        rate = scene.render.fps / scene.render.fps_base
+        frames = scene.frame_current + recorded.times * (rate / recorded.rate_hz if recorded.rate_hz else 1.0)
+        for name, values in zip(recorded.names, recorded.values.T, strict=True):
+            present = ~np.isnan(values)
+            if name in found and present.any():
+                curves[found[name]] = frames[present], self.scale * values[present]
         if not curves:
             raise SceneError(
                 f"No shape key of '{obj.name}' has a name of the file ({wording.quoted(recorded.names)}). Say in Names "
@@ -65,15 +71,3 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
         if keyless:
             told.append(f"No shape key for {wording.quoted(keyless, limit=12)}")
         return told, [*recorded.notes, *notes]
-
-    def _curves(self, recorded, found):
-        """{key: (frames, values)}, of the columns that have any value."""
-        scene = bpy.context.scene
-        rate = scene.render.fps / scene.render.fps_base
-        frames = scene.frame_current + recorded.times * (rate / recorded.rate_hz if recorded.rate_hz else 1.0)
-        curves = {}
-        for name, values in zip(recorded.names, recorded.values.T, strict=True):
-            present = ~np.isnan(values)
-            if name in found and present.any():
-                curves[found[name]] = frames[present], self.scale * values[present]
-        return curves

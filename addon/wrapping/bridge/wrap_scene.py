@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, mirrors, seams, shape_keys, subject
+from ...scene import mesh_arrays, mirrors, seams, shape_keys, subject, vertex_groups
 from ...scene.core import motion, welding, whole_mesh
 from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
@@ -101,15 +101,13 @@ def write(obj, target, wrapped, whole, tolerance):
         shape_keys.write_positions(obj.data, key, shape)
     shape_keys.show_fully(obj.data.shape_keys, key)
     settings.made = key.name
-    left_over = np.flatnonzero(wrapped.distance[whole.places] > tolerance)
+    left_over = wrapped.distance[whole.places] > tolerance
     group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
-    if group is not None:
-        group.remove(list(range(len(shape))))
-    elif len(left_over):
+    if group is None and left_over.any():
         group = obj.vertex_groups.new(name=ids.LEFT_OVER_GROUP)
-    if len(left_over):
-        group.add(left_over.tolist(), 1.0, 'REPLACE')
-    return key.name, len(left_over)
+    if group is not None:
+        vertex_groups.replace_weights(obj, group, left_over)
+    return key.name, np.count_nonzero(left_over)
 
 
 def _key(given):

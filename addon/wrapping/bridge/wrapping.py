@@ -5,7 +5,7 @@ After Amberg, Romdhani, Vetter, Optimal Step Nonrigid ICP Algorithms for Surface
 mean-value encodings in place of theirs: parts turn as far as the pairs say before closest points count at all.
 """
 
-from dataclasses import dataclass
+import collections
 
 import numpy as np
 
@@ -28,14 +28,9 @@ COSINE = 0.3
 NEARER, SLACK = 2.0, 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class Wrapped:
-    """positions: (n, 3) float64; distance: (n,) to the other surface, of vertices without faces 0;
-    flipped: how many triangles are folded that were not."""
-
-    positions: np.ndarray
-    distance: np.ndarray
-    flipped: int
+#: positions: (n, 3) float64; distance: (n,) to the other surface, of vertices without faces 0; flipped: how many
+#: triangles are folded that were not.
+Wrapped = collections.namedtuple("Wrapped", "positions distance flipped")
 
 
 class Wrap:
