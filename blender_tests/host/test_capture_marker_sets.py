@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: names of markers; without Blender."""
 
+import numpy as np
 import pytest
 
-from addon.capture.core import known_sets, landmarks, marker_sets, readers
+from addon.capture.core import known_sets, landmarks, marker_sets, on_body, readers
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -75,6 +76,11 @@ def test_limbs_without_landmarks_are_told(gone, limbs):
 def test_joints_of_real_files_are_known(name):
     path = mesh_files.path_of(f"makehuman/{name}.bvh")
     assert landmarks.unknown_limbs(marker_sets.recognise(readers.read(path).labels).landmarks) == []
+
+
+def test_a_known_name_vouches_for_a_marker_that_is_not_far_away():
+    distances, names = np.array([0.0, 0.2, 0.6, 0.3, 0.2]), ("heel.L", "toe.L", "knee.L", None, None)
+    assert [on_body.far(each, names, is_posed=True) for each in (distances, distances + 0.5)] == [[2, 3], []]
 
 
 def test_a_landmark_is_given_once_and_unknown_names_are_none():

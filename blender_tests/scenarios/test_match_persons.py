@@ -22,7 +22,6 @@ def matched(tmp_path, names, places, is_skeleton=False):
     """(the figure after Match Markers with a take of markers at `places` (m, 3) or (f, m, 3), its scale)."""
     shape = figure_body.body(spacing=0.03)
     obj = meshes.make_object(shape.vertices, shape.quads.tolist(), "Figure")
-    meshes.activate(obj)
     path = take_files.write_trc(tmp_path / "take.trc", names, places if np.ndim(places) == 3 else places + GO)
     take_files.bring_in(path, unit='METRES').meanvalue.is_skeleton = is_skeleton
     match()

@@ -20,7 +20,7 @@ def recognised(capture, labels, is_skeleton):
     places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
     chosen = sum(map(bool, own))
     by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
-    others = frozenset(labels[number] for number in recognition.others)
+    others = frozenset(labels[number] for number in recognition.others if not places[number])
     words = f"{sum(map(bool, recognition.landmarks))} of {len(labels)} names are known{by_hand}"
     return dict(zip(labels, places, strict=True)), others, words
 

@@ -154,7 +154,7 @@ def _chosen(given, frame, path, reference):
     kept = np.ones(len(names), bool)
     if given.options.is_of_body:
         kept = known if given.is_skeleton else on_body.goes_along(path[:, seen], reference[seen], known)
-        kept = kept & (known | [name not in given.others for name in names])
+        kept = kept & [name not in given.others or name in given.fixed for name in names]
     if not kept.any():
         raise SceneError(
             f"None of {wording.counted(len(seen), 'joint')} has a known place on the body. Choose the Landmark of "

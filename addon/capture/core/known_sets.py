@@ -58,7 +58,7 @@ JOINTS_BY_BONE = _by_name({
 
 # Of Poser and of the older converters: bones are called after the joint that they begin with.
 JOINTS_BY_JOINT = _by_name({
-    "pelvis.joint": "Hips", "spine": "LowerBack", "spine.2": "Chest", "spine.3": "Chest2", "neck.joint": "Neck",
+    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack", "spine.2": "Chest", "spine.3": "Chest2", "neck.joint": "Neck",
     "head.joint": "Head", "head.top": "Head_end",
 }, {
     "clavicle.joint": "Collar", "shoulder.joint": "Shoulder", "elbow.joint": "Elbow", "wrist.joint": "Wrist",

@@ -43,8 +43,7 @@ def recognise(labels, is_skeleton=False):
 
 
 def _of_one(marker_set, subjects, names):
-    """The Recognition of one person: of the subject of which most is known, and those that have what he has not
-    (gloves)."""
+    """The Recognition of one person: the subject of which most is known, and those with what he has not (gloves)."""
     keys, rank = [key_of(name) for name in names], {key: number for number, key in enumerate(marker_set)}
     known = [marker_set.get(key) for key in keys]
     members, found, others, taken = {}, [None] * len(names), [], set()

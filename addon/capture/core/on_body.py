@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which markers of a take are on the body: no prop, no other person, nothing that nobody has cleared away.
 
-A known name vouches for a marker. What has none is on the body if it goes along with it and lies near its skin.
+A known name vouches for a marker, unless it is far away. What has none is on the body if it goes along with it and lies
+near its skin.
 """
 
 import numpy as np
@@ -14,8 +15,8 @@ from .landmarks import unknown_limbs
 LOOSE, REACH, FRAMES, MOST = 0.06, 0.45, 100, (0.05, 0.95)
 #: With as many known names, these are the body; else what most markers are on.
 ENOUGH = 6
-#: Over the body's height: how far from the skin a marker may lie where limbs are posed as the mesh's, and where not.
-FAR, FAR_UNPOSED = 0.1, 0.25
+#: Over the body's height, how far from the skin a marker may lie: with posed limbs, without, and with a known name.
+FAR, FAR_UNPOSED, FAR_NAMED = 0.1, 0.25, 0.5
 
 
 def goes_along(positions, reference, is_known):
@@ -36,11 +37,10 @@ def goes_along(positions, reference, is_known):
 
 
 def far(distances, landmarks, is_posed):
-    """Numbers of markers that are not known and farther from the skin than one on it can be; none where most are, as
-    the alignment is wrong then.
+    """Numbers of markers farther from the skin than one on it can be; none if most are: then the alignment is wrong.
 
     distances  (m,) over the body's height; landmarks  m names or None; is_posed: limbs are in the mesh's pose.
     """
     reach = FAR if is_posed and not unknown_limbs(landmarks) else FAR_UNPOSED
-    found = [row for row, name in enumerate(landmarks) if not name and distances[row] > reach]
+    found = [row for row, name in enumerate(landmarks) if distances[row] > (FAR_NAMED if name else reach)]
     return found if 2 * len(found) < len(landmarks) else []
