@@ -35,18 +35,21 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     )
 
     def run(self, obj):
-        found = [each for each in problems(obj) if self.kind in {ALL, each.kind}]
-        if not found:
+        found, distance = problems(obj)
+        chosen = {kind: vertices for kind, vertices in found.items() if self.kind in {ALL, kind}}
+        if not chosen:
             return f"Nothing {'unusual' if self.kind == ALL else 'of that kind'} was found on '{obj.name}'", []
-        vertices = np.unique(np.concatenate([each.vertices for each in found]))
+        vertices = np.unique(np.concatenate(list(chosen.values())))
         selection.choose(obj)
         notes = selection.edit_with_selected(obj, vertices)
-        found_text = wording.listed([each.text for each in found])
-        return f"{wording.vertices(len(vertices))} selected: {found_text}", notes
+        names = {kind: name for kind, name, _about in mesh_problems.KINDS}
+        names['GAP'] += f", closed by Merge Distance {distance:g}"
+        counts = wording.listed(f"{names[kind]} ({len(each):,})" for kind, each in chosen.items())
+        return f"{wording.vertices(len(vertices))} selected: {counts}", notes
 
 
 def problems(obj):
-    """All mesh_problems.Problem of `obj`; those that only a binding knows where there is one that fits the scene."""
+    """As mesh_problems.find(); with what only a binding knows where there is one that fits the scene."""
     rest = shape_keys.rest_positions(obj.data)
     triangles = mesh_arrays.triangles(obj.data, rest)
     report = places = None
