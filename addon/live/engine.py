@@ -7,7 +7,7 @@ import traceback
 import bpy
 
 from .. import wording
-from ..scene import object_model, vertex_groups, views
+from ..scene import kept, object_model, views
 from . import render_notes, roll, updates
 
 #: How often it is looked whether a render has ended, if there is something left to do then.
@@ -76,12 +76,12 @@ def _take_note(depsgraph):
     """
     is_to_be_drawn = False
     for obj, change, is_rigged in updates.of(depsgraph):
+        if change is object_model.Change.MESH and not kept.told(obj.data):
+            change = object_model.Change.KEYS
         for model in object_model.known_models(obj):
             if is_rigged:
                 model.rig_moved()
             is_to_be_drawn |= model.told(obj, change) and model.is_watched
-        if change is object_model.Change.MESH:
-            vertex_groups.told(obj)
         roll.note(obj)
     return is_to_be_drawn
 

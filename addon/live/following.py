@@ -12,7 +12,7 @@ import time
 
 from .. import wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..scene import key_marks, object_model, shape_keys, subject
+from ..scene import kept, key_marks, object_model, shape_keys, subject
 from ..solver.job import Job
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
@@ -262,9 +262,8 @@ class Following:
 
     def _collect(self, obj, makes_keys):
         """@throws MeanValueError."""
-        if self._job is None or not self._job.is_finished:
-            return
-        if not (makes_keys or self._binding is None or self._has_key(obj)):
+        is_finished = self._job is not None and self._job.is_finished
+        if not (is_finished and (makes_keys or self._binding is None or self._has_key(obj))):
             return  # tick() collects it: a key that is made in a handler is no part of any undo step
         job, self._job = self._job, None
         try:
@@ -290,9 +289,12 @@ class Following:
 
     def _write(self, obj, shape):
         """Writes n x 3 float32 to the key, made where it is missing."""
-        if not self._has_key(obj):
-            self._make_key(obj)
         key = self.READS.written_key(obj)
+        if key is None:
+            with kept.writing(obj):
+                self._make_key(obj)
+                self._write(obj, shape)
+            return
         key_marks.claim(key)
         shape_keys.write_positions(obj.data, key, shape)
         self._model(obj).wrote(shape)

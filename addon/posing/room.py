@@ -8,7 +8,6 @@ from ..scene import subject
 from ..widgets import overlay as painters
 from . import old_files, properties
 from .bridge import controls, moved_meshes, orphans, overlay_data
-from .bridge import region as surroundings
 from .live.follower import Follower
 from .operators import (
     add_handle,
@@ -81,7 +80,6 @@ def unregister():
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     overlay.forget()
-    surroundings.forget()
     forget()
     orphans.forget()
 
@@ -106,7 +104,6 @@ def chosen(active):
 
 def another_file():
     orphans.forget()
-    surroundings.forget()
     old_files.carry_over(bpy.data.objects)
 
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from .. import compat
 from ..errors import MeanValueError
-from . import shape_keys, vertex_groups
+from . import kept, shape_keys
 
 #: How long an object has to be left alone before what only shows it reads it again.
 QUIET_SECONDS = 0.3
@@ -230,7 +230,7 @@ def known_models(obj):
 
 def has_any():
     """Whether anything is known of any object since loading or undo."""
-    return bool(_models) or vertex_groups.knows()
+    return bool(_models) or kept.has_any()
 
 
 def edited(obj):
@@ -248,7 +248,7 @@ def quiet_in():
 
 def clear():
     _models.clear()
-    vertex_groups.clear()
+    kept.clear()
 
 
 def _keep_arrays_of(model, obj):

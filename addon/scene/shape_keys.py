@@ -148,8 +148,9 @@ def write_positions(mesh, key, shape):
     """Writes n x 3 float32 `shape` into a shape key."""
     store, attribute = compat.key_store(key)
     store.foreach_set(attribute, shape.ravel())
-    if key_marks.role(key) in WRITTEN:
-        mesh.shape_keys[WRITTEN[key_marks.role(key)]] = _digest(key.slider_min, shape)
+    role = key_marks.role(key)
+    if role in WRITTEN:
+        mesh.shape_keys[WRITTEN[role]] = _digest(key.slider_min, shape)
     # Blender 3.4 does not notice foreach_set. Tagging the mesh would have Blender copy that too, for a third more time.
     mesh.shape_keys.update_tag()
 

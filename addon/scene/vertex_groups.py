@@ -4,38 +4,39 @@
 import array
 import itertools
 
-import bpy
 import numpy as np
 
-from .. import compat, ids
+from .. import ids
 from ..errors import SceneError
-from . import shape_keys
+from . import kept, shape_keys
 
 #: Weights that the add-on writes have this many steps, as many as Blender has colors for painted ones.
 WEIGHT_STEPS = 255
-
-_written = {}  # session key of a mesh: {name of a group: what read() would give}, since write() until the next edit
-_untold = set()  # keys of those for which Blender has not told of the writing yet
 
 
 def read(obj, names):
     """{name: (ascending vertex indices, int32, weights, float32)} of the groups that exist, of weights above 0.
 
     Blender has no bulk access to weights, so this is the slow part of reading a scene: 0.25 s for a million vertices,
-    1 s where each is in four groups. All are read in one pass; none is where all are known as they were written.
+    1 s where each is in four groups. All are read in one pass, and none that is known since the last edit.
     """
-    known = _written.get(compat.session_key(obj.data), {})
-    there = [name for name in names if name in obj.vertex_groups]
-    indices = {name: obj.vertex_groups[name].index for name in there if name not in known}
-    found = {index: (array.array("i"), array.array("f")) for index in indices.values()}
+    known = _known(obj)
+    there = {name: (name, obj.vertex_groups[name].index) for name in names if name in obj.vertex_groups}
+    unknown = [each for each in there.values() if each not in known]
+    found = {index: (array.array("i"), array.array("f")) for _name, index in unknown}
     for number, vertex in enumerate(obj.data.vertices if found else ()):
         for element in vertex.groups:
             if element.group in found and element.weight > 0.0:
                 numbers, weights = found[element.group]
                 numbers.append(number)
                 weights.append(element.weight)
-    read_of = {index: (np.array(numbers), np.array(weights)) for index, (numbers, weights) in found.items()}
-    return {name: known[name] if name in known else read_of[indices[name]] for name in there}
+    known.update({each: tuple(map(np.array, found[each[1]])) for each in unknown})
+    return {name: known[each] for name, each in there.items()}
+
+
+def _known(obj):
+    """{(name, index) of a group: what read() gives} since the last edit."""
+    return kept.of(obj.data, "groups", dict)
 
 
 def members(obj, names):
@@ -98,47 +99,16 @@ def remove_made(obj, name):
     if name not in obj.vertex_groups or any(name in each.handles or name == each.roi_group for each in others):
         return
     active = active_name(obj)
+    _known(obj).clear()
     obj.vertex_groups.remove(obj.vertex_groups[name])
     make_active(obj, active)
-
-
-def write(obj, group, weights):
-    """As replace_weights(), and read() knows it. Blender evaluates the scene for it, and tells of this edit at once."""
-    key, levels = compat.session_key(obj.data), replace_weights(obj, group, weights)
-    numbers = np.flatnonzero(levels).astype(np.int32)
-    _written[key] = {group.name: (numbers, (levels[numbers] / WEIGHT_STEPS).astype(np.float32))}
-    _untold.add(key)
-    bpy.context.view_layer.update()
-    if key in _untold:
-        told(obj)
-        told(obj)
-
-
-def told(obj):
-    """Blender has told of an edit of the mesh: of the last write(), or of another one."""
-    key = compat.session_key(obj.data)
-    if key in _untold:
-        _untold.remove(key)
-    else:
-        _written.pop(key, None)
-
-
-def knows(obj=None):
-    """Whether anything is known as it was written, of any mesh or of that of `obj`."""
-    return bool(_written) if obj is None else compat.session_key(obj.data) in _written
-
-
-def clear():
-    _written.clear()
-    _untold.clear()
 
 
 def replace_weights(obj, group, weights):
     """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others.
 
-    Blender takes many vertices of one weight at a time. Returns n int32, the steps of each.
+    Blender takes many vertices of one weight at a time.
     """
-    _written.pop(compat.session_key(obj.data), None)
     levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-3).astype(np.int32)
     order = np.argsort(levels, kind="stable")
     ends = np.searchsorted(levels[order], np.arange(WEIGHT_STEPS + 1), side="right")
@@ -147,5 +117,6 @@ def replace_weights(obj, group, weights):
         members = order[ends[level - 1] : ends[level]]
         if len(members):
             group.add(members.tolist(), level / WEIGHT_STEPS, 'REPLACE')
+    numbers = np.flatnonzero(levels).astype(np.int32)
+    _known(obj)[group.name, group.index] = numbers, (levels[numbers] / WEIGHT_STEPS).astype(np.float32)
     obj.data.update_tag()
-    return levels

@@ -8,7 +8,7 @@ import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Matrix, Vector
 
-from ..scene import mesh_arrays, mirrors, rig_space, shown_shape, views
+from ..scene import kept, mirrors, rig_space, shown_shape, views
 
 #: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
 BEHIND = 1e-5
@@ -98,7 +98,7 @@ def vertex_or_image(obj, place):
     """(vertex, 3 x 3 Matrix) of a place on what is shown of `obj`, (3,) in its own space: the vertex that is nearest
     there, itself or its image in Mirror modifiers, and what turns moves there into its own. None on all other copies.
     """
-    positions, (corners, starts) = shown_shape.positions(obj), mesh_arrays.faces(obj.data)
+    positions, (corners, starts) = shown_shape.positions(obj), kept.faces(obj.data)
     is_loose = np.full(len(positions), len(corners) > 0)  # what a loose vertex holds is not what was pressed
     is_loose[corners] = False
     least, found = np.inf, None

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live by handlers and timers: what was written or edited, and by whom, is told by comparing."""
 
+import functools
+
 import bpy
 import numpy as np
 import pytest
@@ -31,6 +33,26 @@ def test_the_timer_ends_when_all_is_settled(timers):
     assert is_settled(obj)
     update()  # Blender tells of what was written
     assert timers.run(0.1) < 5 and is_settled(obj)
+
+
+def test_from_a_press_to_the_pose_faces_are_read_once_and_no_weights(timers, part, monkeypatch):
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    meshes.activate(obj)
+    reads, arrays, groups = [], part("scene.mesh_arrays"), part("scene.vertex_groups")
+    for name, module, function in (("faces", arrays, "faces"), ("weights", groups.array, "array")):
+        read = getattr(module, function)
+        told = functools.partial(lambda name, read, *given: (reads.append(name), read(*given))[1], name, read)
+        monkeypatch.setattr(module, function, told)
+    bpy.ops.meanvalue.grab(vertex=int(TOP[0]), size=0.3, offset=(0.5, 0.0, 0.0))
+    for _update in range(3):
+        timers.run(0.1)
+        update()
+    assert is_settled(obj) and abs(shown(obj)[TOP[0], 0] - rest(obj)[TOP[0], 0] - 0.5) < 1e-3
+    assert reads == ["faces"]
+    obj.vertex_groups[obj.meanvalue.roi_group].add([0], 1.0, 'REPLACE')
+    update()
+    timers.run(0.1)
+    assert set(reads[1:]) == {"faces", "weights"}
 
 
 class Gate:

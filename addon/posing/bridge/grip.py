@@ -7,7 +7,7 @@ from mathutils import Quaternion, Vector
 
 from ...errors import SceneError
 from ...live import engine, roll
-from ...scene import declarations, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
 from .region import radius
@@ -57,23 +57,22 @@ class Grip:
             vertices = new_handles.near_vertices(obj, vertex, size)
             is_first = all(handle.follows == 'REST' or not handle.is_enabled for handle in obj.meanvalue.handles)
             self.has_size = bool(obj.meanvalue.roi_group) or is_first
-            handle = new_handles.add_handle(obj, vertices)
-            new_handles.make_handle(obj, handle, vertices)
-            self._size_before = 0.0
+            if self.has_size:
+                self._before.region_weights(obj)
         else:
-            handle = obj.meanvalue.handles[index]
-            _require_control(obj, handle)
+            _require_control(obj, obj.meanvalue.handles[index])
             obj.meanvalue.active_handle = index
             self.has_size = bool(obj.meanvalue.roi_group)
-            self._size_before = handle.size
-        self.handle_name = handle.name
         self._rest_of_region = self._limb = self._around = None
-        with engine.held():
+        with engine.held(), kept.writing(obj):  # a control that is made has its place only after this
+            handle = new_handles.add_handle(obj, vertices) if self.is_new else obj.meanvalue.handles[index]
+            self.handle_name, self._size_before = handle.name, handle.size
+            if self.is_new:
+                new_handles.make_handle(obj, handle, vertices)
             if not obj.meanvalue.live:  # before the region is written: to Blender any setting is an edit of the mesh
                 obj.meanvalue.live = True
             if self.is_new:
                 self.resize(obj, size)
-            bpy.context.view_layer.update()  # a control that was just made has its place only after this
         self._start = control_places.world_of(self.handle(obj))
         self._seen = shown_shape.positions(obj)
         self._pivot = self._start[:3, 3]

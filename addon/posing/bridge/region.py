@@ -7,7 +7,7 @@ import numpy as np
 from ... import ids
 from ...errors import SceneError
 from ...live import engine
-from ...scene import mesh_arrays, seams, shape_keys, vertex_groups
+from ...scene import kept, mesh_arrays, object_model, seams, shape_keys, vertex_groups
 from ...scene.core import fixed_points
 from ...solver import native_loader
 from . import members
@@ -20,8 +20,6 @@ NEARLY = 0.005
 
 #: No limb is longer than this share of the mesh's size.
 LONGEST_LIMB = 0.8
-
-_known_ways = {}  # digest of rest shape and edges: SurfaceWays
 
 
 def require_own_group(obj):
@@ -61,8 +59,7 @@ def weights(obj):
     """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
     missing."""
     name = obj.meanvalue.roi_group
-    if vertex_groups.knows(obj):
-        bpy.context.view_layer.update()  # Blender has told of all edits then
+    bpy.context.view_layer.update()  # Blender has told of all edits then
     found = vertex_groups.weights(obj, [name]).get(name)
     return np.zeros(len(obj.data.vertices)) if found is None else found
 
@@ -106,25 +103,22 @@ class Surface:
 def _ways(obj):
     """(copies as of seams, the SurfaceWays over the mesh in which they are merged, which is kept of the last mesh)."""
     rest = shape_keys.rest_positions(obj.data)
-    first, key = seams.copies(obj, rest), seams.likeness(obj, rest)
-    if key not in _known_ways:
-        edges = mesh_arrays.edges(obj.data)
-        if first is not None:
-            edges = first[edges]
-            edges = edges[edges[:, 0] != edges[:, 1]]
-        make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
-        ways = make(rest, edges, none)
-        if len(edges) and (ways.parts[edges[:, 0]] != ways.parts[edges[0, 0]]).any():
-            triangles = mesh_arrays.triangles(obj.data, rest)
-            triangles = triangles if first is None else first[triangles]
-            ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
-        forget()
-        _known_ways[key] = ways
-    return first, _known_ways[key]
+    first = seams.copies(obj, rest)
+    return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *seams.signature(obj))
 
 
-def forget():
-    _known_ways.clear()
+def _made_ways(obj, rest, first):
+    edges = mesh_arrays.edges(obj.data)
+    if first is not None:
+        edges = first[edges]
+        edges = edges[edges[:, 0] != edges[:, 1]]
+    make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
+    ways = make(rest, edges, none)
+    if len(edges) and (ways.parts[edges[:, 0]] != ways.parts[edges[0, 0]]).any():
+        triangles = mesh_arrays.triangles(obj.data, rest)
+        triangles = triangles if first is None else first[triangles]
+        ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
+    return ways
 
 
 def seeds_of(obj, handle):
@@ -138,8 +132,10 @@ def seeds_of(obj, handle):
 
 def write(obj, weights):
     """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed."""
-    with engine.held():
-        vertex_groups.write(obj, own_group(obj), np.asarray(weights, np.float64))
+    with engine.held(), kept.writing(obj):
+        vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
+    for model in object_model.known_models(obj):
+        model.edited()
     obj.update_tag(refresh={'OBJECT'})  # for Live; without, the mesh too is told of as edited
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import compat, ids
 from ...errors import SceneError
-from ...scene import declarations, mesh_arrays, mirrors, object_model, seams, shape_keys, vertex_groups
+from ...scene import declarations, kept, mirrors, object_model, seams, shape_keys, vertex_groups
 from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
 from ..core import springs
@@ -31,7 +31,7 @@ class HandleReading:
         named = {name: numbers for name, (numbers, _weights) in groups.items()}
         self.members = members.with_groups(obj, obj.meanvalue.handles, named)
         self.weights = {name: vertex_groups.spread(obj, *groups[name]) for name in others if name in groups}
-        self.faces = mesh_arrays.faces(obj.data)
+        self.faces = kept.faces(obj.data)
 
     def enabled_members(self, obj):
         """Those of targets.enabled_handles()."""
@@ -85,7 +85,7 @@ def gather(obj, reading=None, to_bind=True):
     reading: a HandleReading since which the object was not edited
     """
     require_handles(obj)
-    if reading is None and vertex_groups.knows(obj):
+    if reading is None and kept.has_any():
         bpy.context.view_layer.update()  # Blender has told of all edits then
     reading = reading or HandleReading(obj)
     corners, starts = reading.faces

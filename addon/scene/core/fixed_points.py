@@ -3,6 +3,9 @@
 
 import numpy as np
 
+#: Of more points it is enough if about so many of them span a plane.
+ENOUGH = 1000
+
 #: Points count as lying in one line if none is further from it than this part of their own extent.
 #: Coordinates are float32 (6e-8 relative), so this is well above their noise and far below any intended triangle.
 COLLINEAR_TOLERANCE = 1e-5
@@ -20,6 +23,8 @@ def span_a_plane(points):
     """True if n x 3 `points` hold three that are not in one line: these fix rotation, place and size."""
     if len(points) < 3:
         return False
+    if len(points) > 2 * ENOUGH and span_a_plane(points[:: len(points) // ENOUGH]):
+        return True
     offsets = points.astype(np.float64) - points[0].astype(np.float64)
     lengths = np.linalg.norm(offsets, axis=1)
     far = int(np.argmax(lengths))

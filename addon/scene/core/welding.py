@@ -31,19 +31,18 @@ HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np
 
 
 @remembered
-def copies(rest, closes_seams, merge_distance, _of_faces, read_faces):
+def copies(rest, closes_seams, merge_distance, face_corners, face_starts):
     """n int, not to be written to: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None where each is
     its own.
 
     closes_seams: vertices of open borders in one place are copies; merge_distance: and all that are so near, if > 0.
-    _of_faces: tells one mesh's faces from another's; read_faces(): (corners, starts) of them, asked for where needed.
     """
     distance = max(merge_distance, rounding(rest) if closes_seams else 0.0)
     if merge_distance > 0.0:
         first = first_of_place(rest, distance)
     elif closes_seams:
         first = np.arange(len(rest))
-        border = np.unique(border_edges(len(rest), *read_faces()))
+        border = np.unique(border_edges(len(rest), face_corners, face_starts))
         first[border] = border[first_of_place(rest[border], distance)]
     else:
         return None
@@ -64,9 +63,11 @@ def border_edges(count, face_corners, face_starts):
     # Each edge adds to the sum of its start the mark of its end, and takes that of its start from the sum of its end.
     # Two faces cancel out if they look to one side: what is left to be sorted is little. Whole numbers, so exactly.
     marks = np.random.default_rng(1).integers(1 << 40, size=count).astype(np.float64)
-    sums = np.bincount(face_corners, marks[following], count) - np.bincount(following, marks[face_corners], count)
-    may_be = sums != 0.0
-    lies_in = np.flatnonzero(may_be[face_corners] & may_be[following] & (face_corners != following))
+    begins = marks[face_corners]
+    ends = mirror_planes.edge_ends(begins, face_starts)
+    may_be = np.bincount(face_corners, ends, count) != np.bincount(following, begins, count)
+    lies_in = np.flatnonzero(may_be[face_corners]) if may_be.any() else np.empty(0, np.int64)
+    lies_in = lies_in[may_be[following[lies_in]] & (face_corners[lies_in] != following[lies_in])]
     edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
     _, index, uses = np.unique(edges @ np.array([count, 1], np.int64), return_index=True, return_counts=True)
     return edges[index[uses == 1]]

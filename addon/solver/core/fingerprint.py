@@ -52,19 +52,18 @@ def digest(*parts):
             continue
         array = np.ascontiguousarray(part)
         state.update(f"{array.dtype.str}{array.shape}".encode())
-        state.update(array.tobytes())
+        state.update(array)
     return state.hexdigest()
 
 
 def remembered(function):
     """Decorator of a function of arrays and numbers to an array or None: the last few results are kept by the content
-    of the arguments, since a mesh is read again after every edit of anything. They are not to be written to. Functions
-    among the arguments are no content: they read what another argument tells apart."""
+    of the arguments, since a mesh is read again after every edit of anything. They are not to be written to."""
     known = {}
 
     @functools.wraps(function)
     def result_of(*arguments):
-        key = digest(*(each for each in arguments if not callable(each)))
+        key = digest(*arguments)
         if key not in known:
             result = function(*arguments)
             if result is not None:

@@ -237,10 +237,10 @@ double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distanc
     std::vector<std::vector<std::pair<Index, Index>>> crossed(levels.size());  // edges, from the near end to the far
     for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {
         if (distances[v] == kInfinite) continue;
+        const auto next = std::lower_bound(levels.begin(), levels.end(), distances[v]);
         for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
             const double far = distances[neighbours_[k]];
-            auto level = std::lower_bound(levels.begin(), levels.end(), distances[v]);
-            for (; level != levels.end() && *level < far; ++level) {
+            for (auto level = next; level != levels.end() && *level < far; ++level) {
                 crossed[level - levels.begin()].emplace_back(v, neighbours_[k]);
             }
         }
