@@ -20,8 +20,8 @@ TIMECODE = re.compile(
     r"(?:.*[T ])?(\d{1,6}):(\d\d?):(\d\d?(?:[.,]\d+)?)(?:[:;](\d{1,6}(?:\.\d+)?))?(?:Z|[+-]\d\d:?\d\d)?", re.ASCII
 )
 
-#: What the frames in a timecode may count, in a second.
-RATES_OF_TIMECODES = (24, 25, 30, 48, 50, 60, 100, 120)
+#: What the frames in a timecode may count, in a second; the last are milliseconds.
+RATES_OF_TIMECODES = (24, 25, 30, 48, 50, 60, 100, 120, 240, 1000)
 DAY_SECONDS = 86400.0
 
 #: What a time may count, in milliseconds, and how long no recorder waits from row to row: that tells which.
@@ -56,7 +56,7 @@ def made(records, rate_hz, refuse):
         column = None if clock else _numbers(cells, LARGEST_VALUE, f"no number, in column {quoted(name)}", refuse)
         if clock:
             clocks.append(clock)
-        elif column is None:
+        elif name and column is None:
             wordless.append(name)
         elif name and folded(name) != COUNT:
             columns[name] = column
@@ -84,7 +84,10 @@ def number(cell):
 
 def _numbers(cells, largest, wanted, refuse):
     """(f,) float64, NaN where blank; None if none of them is a number, refused if only some are none."""
-    numbers = np.array([number(cell) for cell in cells])
+    try:
+        numbers = np.array(cells if type(cells[0]) in (float, str) else [*map(number, cells)], np.float64)
+    except (ValueError, TypeError):  # not all of them are plain numbers
+        numbers = np.array([*map(number, cells)])
     wrong = np.abs(numbers) > largest
     if (wrong | np.isnan(numbers)).all():
         return None

@@ -6,6 +6,7 @@ Either becomes records, {name: cell} of a frame each; value_columns.py makes val
 
 import collections
 import csv
+import functools
 import json
 import re
 
@@ -22,7 +23,7 @@ WANTED_JSON = (
 
 #: Names, as folded() has them: of a name beside a score, of that score, and of frames a second.
 LABEL, SCORES = re.compile("name|shape|label|key"), {"score", "value", "weight", "values"}
-RATE, LARGEST_RATE = re.compile("fps|rate$"), 1000.0
+RATE, LARGEST_RATE = re.compile("fps|persecond|^(frame|sampl[a-z]+|recording|capture)?rate$"), 1000.0
 
 
 def read(path, rate_hz=None):
@@ -78,9 +79,9 @@ def parse_json(data, file, rate_hz=None):
                 rate_hz = rate_hz or number(part)
             if isinstance(part, list) and part and all(isinstance(each, str) and each[:1].isalpha() for each in part):
                 names[len(part)] = part
-        for node in (whole, [whole]):  # many frames, else one
-            for row, name, cell in () if records else _found(node, names, refuse):
-                records[row].setdefault(name, cell)
+        _gather(whole, records, names, refuse)
+        if not records:
+            _gather([whole], records, names, refuse, row=0)  # one frame
     except (RecursionError, ValueError):  # also for an integer without end
         refuse("it is no list of frames")
     return made([records[row] for row in range(max(records, default=-1) + 1)], rate_hz, refuse)
@@ -121,8 +122,8 @@ def _heads(node, key=""):
         yield from _heads(part, each)
 
 
-def _found(node, names, refuse, key="", row=None):
-    """(row, name, cell) of all in a JSON value, whose outermost list has the rows. names: {number: so many names}."""
+def _gather(node, records, names, refuse, key="", row=None):
+    """Puts all of a JSON value, whose outermost list has the rows, into `records`. names: {number: so many names}."""
     if isinstance(node, dict) and row is None and node and all(number_in(each) is not None for each in node):
         node = [{"": each, **part} for each, part in node.items() if isinstance(part, dict)]  # numbered frames
     if isinstance(node, list) and ((len(node) == 1 and isinstance(node[0], dict)) or node == names.get(len(node))):
@@ -132,20 +133,20 @@ def _found(node, names, refuse, key="", row=None):
         for place, part in enumerate(node):
             if part and _kind(part) != first:
                 refuse("it is not like the first one", place)
-            yield from _found(part, names, refuse, key, place)
+            _gather(part, records, names, refuse, key, place)
     elif isinstance(node, list):
         named = _kind(node) in names
         for name, part in zip(names[len(node)] if named else [key] * len(node), node, strict=True):
             if named or isinstance(part, (dict, list)):
-                yield from _found(part, names, refuse, name, row)
+                _gather(part, records, names, refuse, name, row)
     elif isinstance(node, dict):
         plain = _plain(node)
         if plain is not node and any(isinstance(part, list) and _kind(part) not in names for part in plain.values()):
             row = None  # the list of a shape
         for name, part in plain.items():
-            yield from _found(part, names, refuse, name, row)
+            _gather(part, records, names, refuse, name, row)
     elif row is not None:
-        yield row, key, node
+        records[row].setdefault(key, node)
 
 
 def _kind(node):
@@ -157,10 +158,19 @@ def _kind(node):
 
 def _plain(node):
     """An object; where it has a name beside a score, the score is by that name."""
-    texts = {key: part for key, part in node.items() if isinstance(part, str) and LABEL.search(folded(key))}
-    label = next(filter(str.strip, texts.values()), None)
-    score = next((key for key in node if folded(key) in SCORES), None)
-    if label is None or score is None:
+    labels, score, others = _roles(tuple(node))
+    label = (
+        next(filter(str.strip, (node[key] for key in labels if isinstance(node[key], str))), None) if score else None
+    )
+    if label is None:
         return node
-    rest = {key: part for key, part in node.items() if key not in texts and key != score and folded(key) != "index"}
-    return rest | {label: node[score]}
+    kept = (*others, *(key for key in labels if not isinstance(node[key], str)))
+    return {key: node[key] for key in kept} | {label: node[score]}
+
+
+@functools.lru_cache(4096)
+def _roles(keys):
+    """Of the keys of an object: ([those of names], that of a score or "", [the others])."""
+    score = next((key for key in keys if folded(key) in SCORES), "")
+    labels = [key for key in keys if LABEL.search(folded(key)) and key != score]
+    return labels, score, [key for key in keys if key not in (*labels, score) and folded(key) != "index"]
