@@ -23,7 +23,7 @@ def _by_name(central, sided):
 # Plug-in Gait; subject 11 of Rajagopal et al., Full-body musculoskeletal model for muscle-driven simulation of human
 # gait, 2016; Baseline 41 and OptiTrack's newer names; Helen Hayes as OpenSim and Cortex write it.
 MARKERS = _by_name({
-    "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL",
+    "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL Head",
     "neck.back": "C7 CV7 BackTop SpineTop", "clavicle": "CLAV", "sternum": "STRN STERN Sternum Chest ChestTop",
     "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK BAK",
     "pelvis.back": "S2 Sacrum SACR V.Sacral", "pelvis.front.L": "WaistLFront", "pelvis.front.R": "WaistRFront",
