@@ -81,7 +81,7 @@ def test_jumps_away_and_back():
     path[200:, 20] += [0.0, 0.06, 0.0]
     away, back, jump = find_jumps(path, 100.0, walk.labels)
     assert [(found.kind, found.marker, found.sample) for found in (away, back)] == [("jump", 7, 120), ("jump", 7, 123)]
-    assert walk.labels[7] in away.words and "delete" in away.words
+    assert walk.labels[7] in away.words
     assert (jump.kind, jump.marker, jump.sample, jump.other) == ("jump", 20, 200, None)
 
 
@@ -96,7 +96,6 @@ def test_joints_of_skeletons_are_neither_swapped_nor_renamed():
     path = walk.clean.copy()
     path[100:, 3] += [0.4, 0.0, 0.0]
     (marker,), (joint,) = (find_jumps(path, 100.0, walk.labels, are_joints) for are_joints in (False, True))
-    assert "rename" in marker.words and "rename" not in joint.words
     assert (joint.sample, joint.marker) == (marker.sample, marker.marker) == (100, 3)
     path = swapped(walk.clean, 7, 20, 100)
     assert {finding.kind for finding in find_jumps(path, 100.0)} == {"swap"}

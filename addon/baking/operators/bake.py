@@ -9,7 +9,7 @@ from ...errors import MeanValueError, SceneError
 from ...live import engine
 from ...posing.bridge import scene_input
 from ...scene import bakeable, subject
-from ...scene.core import sample_times, whole_files
+from ...scene.core import sample_times
 from ...widgets.background import BackgroundOperator
 from .. import properties
 from ..bridge import playing, preparing
@@ -124,8 +124,7 @@ def _play(obj, prepared):
         prepared.begun.remove()
         made = wording.counted(len(times), "shape key")
     else:
-        header = prepared.plan.header
-        playing.play_cache(obj, prepared.shown_path, header)
-        made = f"'{prepared.shown_path}' ({whole_files.in_bytes(header.bytes)})"
+        playing.play_cache(obj, prepared.shown_path, prepared.plan.header)
+        made = f"'{prepared.shown_path}'"
     first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
     obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"

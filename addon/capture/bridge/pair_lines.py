@@ -28,9 +28,7 @@ def lines(obj):
     place, stops = np.clip(shares / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1), np.arange(len(SCALE_COLORS))
     colors = np.stack([np.interp(place, stops, channel) for channel in SCALE_COLORS.T], axis=1).astype(np.float32)
     active = marker_pairs.active_pair(obj)
-    for number, pair in enumerate(pairs):
-        if pair == active:
-            colors[number] = ACTIVE_COLOR
+    colors[[pair == active for pair in pairs]] = ACTIVE_COLOR
     return Lines(np.stack([points, points + offsets], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))
 
 

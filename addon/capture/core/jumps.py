@@ -67,7 +67,10 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     for marker in range(positions.shape[1]):
         breaks += _breaks(positions, marker, size)
     findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate_hz * TOGETHER, names)
-    findings += [_jump(one, names, are_joints) for one in rest]
+    for one in rest:
+        distance = 1000.0 * float(np.linalg.norm(one.place - one.expected))
+        words = f"{names[one.marker]} jumps by {distance:.0f} mm at sample {one.first}"
+        findings.append(Finding("jump", one.marker, one.first, words))
     return sorted(findings, key=lambda finding: (finding.sample, finding.marker))
 
 
@@ -162,24 +165,11 @@ def _swaps(breaks, window, names):
         used |= {number, other_number}
         one, other = breaks[number], breaks[other_number]
         sample, distance = min(one.first, other.first), float(np.linalg.norm(one.place - one.expected))
-        words = (
-            f"{names[one.marker]} and {names[other.marker]} change places at sample {sample} "
-            f"({1000.0 * distance:.0f} mm apart): Swap Markers mends it from there on."
-        )
+        pair = f"{names[one.marker]} and {names[other.marker]}"
+        words = f"{pair}, {1000.0 * distance:.0f} mm apart, change places at sample {sample}"
         findings.append(Finding("swap", one.marker, sample, words, other.marker))
     return findings, [one for number, one in enumerate(breaks) if number not in used]
 
 
 def _expected_at(one, sample):
     return one.expected + (sample - one.first) * one.before
-
-
-def _jump(one, names, are_joints):
-    """The Finding of a break that is no swap."""
-    distance = float(np.linalg.norm(one.place - one.expected))
-    if are_joints:
-        rest = "the skeleton's motion is broken there; leave these frames out or mend its curves."
-    else:
-        rest = "another point may go by its name from there on; rename it, or delete the samples until it is back."
-    words = f"{names[one.marker]} jumps by {1000.0 * distance:.0f} mm at sample {one.first}: {rest}"
-    return Finding("jump", one.marker, one.first, words)

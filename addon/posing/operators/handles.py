@@ -86,11 +86,6 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
         bpy.context.view_layer.update()
         if held:
             notes.append(f"{wording.quoted(held)} not at rest: a posed parent or a constraint moves it. Reset that too")
-        moved = [handle.name for handle in usable if actions.is_animated(handle.control)]
-        if moved:
-            notes.append(f"The animation of {wording.quoted(moved)} moves it again at the next change of frame")
-        if not obj.meanvalue.live:
-            notes.append("Live is off: turn it on to have the mesh follow")
         return f"{wording.counted(len(usable), 'handle')} reset", notes
 
 
