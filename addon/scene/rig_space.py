@@ -140,10 +140,6 @@ def measure(obj):
         return None
     with evaluating(obj) as evaluate:
         seen = evaluate(rest)
-        if len(seen) != len(rest):
-            raise SceneError(
-                f"{named(obj)} shows {len(seen):,} vertices of {len(rest):,}. Turn it off in the viewport while posing"
-            )
         jacobians = np.empty((len(rest), 3, 3))
         for axis in range(3):
             jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
@@ -175,16 +171,29 @@ def evaluating(obj):
     evaluated.modifiers.foreach_get("show_viewport", switches)
     depsgraph = bpy.context.view_layer.depsgraph
 
-    def evaluate(shape):
+    def run(shape):
         for store, name, base in stores:
             store.foreach_set(name, (base + (shape - rest)).astype(np.float32).ravel())
-        return _run(evaluated, depsgraph)
+        mesh = evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+        try:
+            return mesh_arrays.vertex_positions(mesh).astype(np.float64)
+        finally:
+            evaluated.to_mesh_clear()
+
+    def evaluate(shape):
+        found = run(shape)
+        if len(found) != len(rest):
+            raise SceneError(
+                f"{named(obj)} shows {len(found):,} vertices of {len(rest):,}. Turn off in the viewport what makes or "
+                "merges vertices"
+            )
+        return found
 
     try:
         used = [_deforms(obj, each) for each in obj.modifiers]
         evaluated.modifiers.foreach_set("show_viewport", used)
         has_nodes = any(each.type == 'NODES' for each in _deformers(obj))
-        if has_nodes and len(evaluate(rest)) != len(rest):  # they make vertices, which only trying tells
+        if has_nodes and len(run(rest)) != len(rest):  # they make vertices, which only trying tells
             used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
             evaluated.modifiers.foreach_set("show_viewport", used)
         yield evaluate
@@ -239,14 +248,6 @@ def _stores(obj, depsgraph):
             shape = rest if is_at_rest else shape_keys.positions(keys.key_blocks[key.name])
             found.append((*compat.key_store(key), shape))
     return found if all(len(store) == len(rest) for store, _, _ in found) else None
-
-
-def _run(evaluated, depsgraph):
-    mesh = evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
-    try:
-        return mesh_arrays.vertex_positions(mesh).astype(np.float64)
-    finally:
-        evaluated.to_mesh_clear()
 
 
 def _deformers(obj):
