@@ -91,7 +91,7 @@ def absolute_problem(obj):
 
 def result_problem(obj):
     """Why the result cannot go to the shape key that the settings name, or None. Cheap enough for drawing."""
-    name, keys = obj.meanvalue.result_key, obj.data.shape_keys
+    name, keys = pose_key.get_name(obj.meanvalue), obj.data.shape_keys
     if not name.strip():
         return "The result has no name. Fill in Result, the shape key to write"
     if absolute_problem(obj):

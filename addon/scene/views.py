@@ -104,16 +104,26 @@ def say(text):
     print("Mean-Value:", text.encode(encoding, "backslashreplace").decode(encoding))
 
 
+_window = None  # pointer of the one in which an operator of ours ran last
+
+
+def note_window():
+    """An operator runs: the artist is at work in its window."""
+    global _window
+    _window = bpy.context.window.as_pointer() if bpy.context.window is not None else _window
+
+
 def pop_up(title, text):
     """A popup with `text` under the mouse, from where there is no context, as in timers."""
     manager = bpy.context.window_manager
     if not manager.windows:
         return
+    window = next((each for each in manager.windows if each.as_pointer() == _window), manager.windows[0])
     lines = textwrap.wrap(text, 80)
 
     def draw(popup, _context):
         for line in lines:
             popup.layout.label(text=line)
 
-    with bpy.context.temp_override(window=manager.windows[0]):
+    with bpy.context.temp_override(window=window):
         manager.popup_menu(draw, title=title, icon='ERROR')

@@ -5,7 +5,7 @@ import bpy
 
 from .. import compat, wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..scene import subject
+from ..scene import subject, views
 
 
 class Reporting:
@@ -18,6 +18,7 @@ class Reporting:
     def tell(self, message, warnings):
         """message: a short sentence, or [the sentence, details ...]. Details and warnings are lines of the Info editor,
         and the sentence is the last, which the status bar shows."""
+        views.note_window()
         first, *details = [message] if isinstance(message, str) else message
         for line, kind in (*((each, 'INFO') for each in details), *((each, 'WARNING') for each in warnings)):
             self.report({kind}, wording.sentence(line))

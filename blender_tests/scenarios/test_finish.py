@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finish leaves exactly one key for a pose, and nothing where nothing is posed."""
 
+import types
+
 import bpy
 import numpy as np
 import pytest
@@ -148,7 +150,16 @@ def test_what_hangs_on_a_control_stays_where_it_is():
     assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
 
 
-def test_cancel_leaves_the_mesh_as_it_was():
+class Entries(dict):
+    """A layout: {text of an entry: its operator}."""
+
+    separator = staticmethod(lambda: None)
+
+    def operator(self, _name, text="", **_options):
+        return self.setdefault(text, types.SimpleNamespace())
+
+
+def test_discard_pose_and_handles_leaves_the_mesh_as_it_was():
     obj = meshes.tube(name="Tube")
     before = snapshot(obj, without=("settings",))
     members = [len(obj.data.vertices) - 1]
@@ -157,7 +168,9 @@ def test_cancel_leaves_the_mesh_as_it_was():
     bpy.ops.meanvalue.add_handle()
     move(obj.meanvalue.handles[0].control, (1.0, 0.0, 0.0))
     meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish(keep='NOTHING') == {'FINISHED'}
+    entries = Entries()
+    bpy.types.MEANVALUE_MT_apply.draw(types.SimpleNamespace(layout=entries), None)
+    assert bpy.ops.meanvalue.finish(keep=entries["Discard Pose and Handles"].keep) == {'FINISHED'}
     assert len(obj.meanvalue.handles) == 0 and not obj.children and obj.data.shape_keys is None
     assert_same(before, snapshot(obj, without=("settings",)))
 

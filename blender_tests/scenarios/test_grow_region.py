@@ -2,7 +2,6 @@
 """Making the region of influence: grown from a handle, or painted."""
 
 import bpy
-import numpy as np
 import pytest
 from support import meshes, steps
 from support.snapshot import assert_same, snapshot
@@ -152,16 +151,3 @@ def test_a_hidden_mesh_and_a_handles_group_are_not_painted(is_hidden, text):
     with steps.refused(text):
         bpy.ops.meanvalue.paint_region()
     assert_same(before, snapshot(obj))
-
-
-def test_what_was_written_is_known_and_what_is_painted_is_read(part):
-    obj = grid_with_handle()
-    bpy.context.view_layer.update()
-    grow(distance=1.2)
-    known, weights = part("scene.vertex_groups")._known, lambda: part("posing.bridge.region").weights(obj)
-    region = "Region", obj.vertex_groups["Region"].index
-    assert region in known(obj) and np.flatnonzero(weights()).tolist() == AROUND
-    bpy.context.view_layer.update()
-    assert region in known(obj)
-    obj.vertex_groups["Region"].add([0], 1.0, 'REPLACE')
-    assert weights()[0] == 1.0

@@ -50,7 +50,7 @@ def test_from_a_press_to_the_pose_faces_are_read_once_and_no_weights(timers, par
     assert is_settled(obj) and abs(shown(obj)[TOP[0], 0] - rest(obj)[TOP[0], 0] - 0.5) < 1e-3
     assert reads == ["faces"]
     obj.vertex_groups[obj.meanvalue.roi_group].add([0], 1.0, 'REPLACE')
-    update()
+    assert part("posing.bridge.region").weights(obj)[0] == 1.0
     timers.run(0.1)
     assert set(reads[1:]) == {"faces", "weights"}
 
