@@ -18,10 +18,6 @@ from ..scene.declarations import aside
 from .bridge import marker_landmarks, marker_pairs, takes
 
 
-def _take_chosen(capture, _context):
-    marker_pairs.begin_with_take(capture)
-
-
 def _is_take(_capture, collection):
     return takes.is_take(collection)
 
@@ -96,14 +92,14 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         description="The imported markers that move the mesh",
         type=bpy.types.Collection,
         poll=_is_take,
-        update=_take_chosen,
+        update=marker_pairs.begin_with_take,
     )
     reference_take: PointerProperty(
         name="Reference Take",
         description="A take of the same markers in which the person stands as the mesh does, such as a static trial",
         type=bpy.types.Collection,
         poll=_is_take,
-        update=_take_chosen,
+        update=marker_pairs.begin_with_take,
     )
     reference_frame: FloatProperty(
         name="Reference Frame",

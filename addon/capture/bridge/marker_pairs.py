@@ -20,7 +20,7 @@ def list_markers(capture):
             capture.pairs.add().name = label
 
 
-def begin_with_take(capture):
+def begin_with_take(capture, _context):
     """The list shows the markers of the take, and the reference is a frame that has all of them, if there is one."""
     list_markers(capture)
     source = capture.reference_take or capture.take
