@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws anchors and region into the 3D View. What is drawn comes from posing/bridge/overlay_data.py."""
 
-from dataclasses import dataclass
-
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
@@ -25,41 +23,25 @@ HOVER = (0.35, 0.7, 1.0, 0.45)
 TINT_CLOSER = 0.0025
 POINTS_CLOSER = 0.005
 
-#: Where the region is tinted. Weight Paint shows it itself.
-TINTED_MODES = {'OBJECT'}
-
-_batches = None  # of the look that was drawn last
-_hover = None  # (the Hover that was drawn last, its batch)
-
-
-@dataclass(eq=False)
-class _Batches:
-    """On the graphics card; None for what is empty."""
-
-    look: overlay_data.Look
-    points: object
-    tint: object
-    tint_triangles: object
+_drawn = {}  # function that makes a batch: (what it made the last one of, that batch, its shader)
 
 
 def paint(context, obj):
-    global _batches
-    look = overlay_data.look(obj)
-    if _batches is None or _batches.look is not look:
-        _batches = _make_batches(look, _batches)
+    look, found = overlay_data.look(obj), hover.of(context, obj)
     wrote_depth = gpu.state.depth_mask_get()
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')
     gpu.state.depth_mask_set(False)
+    gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
     try:
         with gpu.matrix.push_pop():
             gpu.matrix.multiply_matrix(obj.matrix_world)
-            if _batches.tint is not None and obj.mode in TINTED_MODES:
-                _draw_closer(context, TINT_CLOSER, _batches.tint, compat.surface_shader())
-            _paint_hover(context, obj)
-            if _batches.points is not None:
-                gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
-                _draw_closer(context, POINTS_CLOSER, _batches.points, compat.points_shader())
+            if len(look.corners) and obj.mode == 'OBJECT':  # Weight Paint shows the region itself
+                _draw_closer(context, TINT_CLOSER, _region, look)
+            if found is not None and len(found.corners):
+                _draw_closer(context, TINT_CLOSER, _hovered, found)
+            if len(look.points):
+                _draw_closer(context, POINTS_CLOSER, _points, look)
     finally:
         gpu.state.point_size_set(1.0)
         gpu.state.depth_mask_set(wrote_depth)
@@ -67,19 +49,11 @@ def paint(context, obj):
         gpu.state.blend_set('NONE')
 
 
-def _paint_hover(context, obj):
-    global _hover
-    found = hover.of(context, obj)
-    if found is None:
-        _hover = None
-    elif len(found.corners):
-        if _hover is None or _hover[0] is not found:
-            triangles = gpu.types.GPUIndexBuf(type='TRIS', seq=found.corners)
-            _hover = found, gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(found, HOVER), elem=triangles)
-        _draw_closer(context, TINT_CLOSER, _hover[1], compat.surface_shader())
-
-
-def _draw_closer(context, share, batch, shader):
+def _draw_closer(context, share, make, shown):
+    """Draws the (batch, shader) that make(shown) gives, which are kept for as long as the same is shown."""
+    if make not in _drawn or _drawn[make][0] is not shown:
+        _drawn[make] = shown, *make(shown)
+    _, batch, shader = _drawn[make]
     with gpu.matrix.push_pop_projection():
         projection = gpu.matrix.get_projection_matrix()
         gpu.matrix.load_projection_matrix(closer(projection, context.region_data.view_distance, share))
@@ -97,34 +71,26 @@ def closer(projection, view_distance, share):
     return moved
 
 
-def _make_batches(look, former):
-    """`former`: the batches before; its triangles are used again if they are the same."""
-    points = tint = triangles = None
-    if len(look.points):
-        points = batch_for_shader(compat.points_shader(), 'POINTS', {"pos": look.points, "color": look.colors})
-    if len(look.corners):
-        is_same = former is not None and former.look.corners is look.corners
-        triangles = former.tint_triangles if is_same else gpu.types.GPUIndexBuf(type='TRIS', seq=look.corners)
-        tint = gpu.types.GPUBatch(type='TRIS', buf=_vertex_buffer(look, TINT), elem=triangles)
-    return _Batches(look, points, tint, triangles)
+def _points(look):
+    shader = compat.points_shader()
+    return batch_for_shader(shader, 'POINTS', {"pos": look.points, "color": look.colors}), shader
 
 
-def _vertex_buffer(look, color):
-    """Places and colors of the region's vertices: the less a vertex moves, the fainter it is.
+def _region(look):
+    return _faces(look, TINT)
 
-    The format is spelt out, since that which a shader gives (format_calc) is empty in 5.2.
-    """
-    layout = gpu.types.GPUVertFormat()
-    layout.attr_add(id="pos", comp_type='F32', len=3, fetch_mode='FLOAT')
-    layout.attr_add(id="color", comp_type='F32', len=4, fetch_mode='FLOAT')
-    vertices = gpu.types.GPUVertBuf(layout, len(look.tint))
-    vertices.attr_fill("pos", look.tint)
-    colors = np.tile(np.array(color, np.float32), (len(look.tint), 1))
-    colors[:, 3] *= look.freedom
-    vertices.attr_fill("color", colors)
-    return vertices
+
+def _hovered(found):
+    return _faces(found, HOVER)
+
+
+def _faces(shown, color):
+    """The less a vertex moves, the fainter it is."""
+    colors = np.tile(np.array(color, np.float32), (len(shown.tint), 1))
+    colors[:, 3] *= shown.freedom
+    shader = compat.surface_shader()
+    return batch_for_shader(shader, 'TRIS', {"pos": shown.tint, "color": colors}, indices=shown.corners), shader
 
 
 def forget():
-    global _batches, _hover
-    _batches = _hover = None
+    _drawn.clear()
