@@ -21,7 +21,6 @@ import enum
 import itertools
 import math
 import time
-import weakref
 from typing import NamedTuple
 
 import numpy as np
@@ -33,12 +32,9 @@ from . import kept, shape_keys
 #: How long an object has to be left alone before what only shows it reads it again.
 QUIET_SECONDS = 0.3
 
-#: Objects whose arrays are kept.
-MOST = 4
-
 clock = time.monotonic
 
-_models = {}  # (session key, kind): ObjectModel, the one that was read last at the end
+_models = {}  # (session key, kind): ObjectModel
 _numbers = itertools.count(1)  # of revisions; no two models ever have the same
 
 
@@ -77,12 +73,7 @@ class ObjectModel:
         self.content = next(_numbers)
         self.told_at = -math.inf
         self._compared = 0
-        self._reading = self._stamp = self._kept = self._error = None
-        self._result = _nothing
-
-    def drop_arrays(self):
-        """But for what somebody else holds."""
-        self._reading = self._kept = None
+        self._reading = self._stamp = self._result = self._error = None
 
     # Whether it has changed
 
@@ -140,12 +131,10 @@ class ObjectModel:
     @property
     def is_known(self):
         """Whether there is a result() of what was read last."""
-        return self._error is not None or self._result() is not None
+        return self._error is not None or self._result is not None
 
     def look(self, obj):
         """For what only shows it: the reading, compared with what shape keys hold; None if it cannot be read."""
-        if self._reading is None:  # it was dropped, or left to a follower
-            self._stamp = None
         self.read(obj)
         while self.is_unchecked:
             self.compare_on(obj)
@@ -154,7 +143,6 @@ class ObjectModel:
 
     def read(self, obj):
         """Reads what is not read yet."""
-        _keep_arrays_of(self, obj)
         if self.is_read(obj):
             return
         stamp, found, error = self.stamp(obj), None, None
@@ -164,11 +152,10 @@ class ObjectModel:
             found = self._reading.result(obj)
         except MeanValueError as problem:
             error = problem
-        former = self._result()
+        former = self._result
         if former is not None and found is not None and former.revision == found.revision:
             found = former
-        self._kept, self._error, self._stamp = found, error, stamp
-        self._result = _nothing if found is None else weakref.ref(found)
+        self._result, self._error, self._stamp = found, error, stamp
         self._compared = len(self._shapes())
 
     def result(self, obj):
@@ -177,7 +164,7 @@ class ObjectModel:
             self.read(obj)
         if self._error is not None:
             raise self._error
-        return self._result()
+        return self._result
 
     def refuse(self, error):
         """What was read cannot be used: result() raises `error` until there is an edit."""
@@ -206,12 +193,7 @@ class ObjectModel:
         self.is_unchecked = False
 
     def _shapes(self):
-        result = self._result()
-        return [] if result is None else self.kind.shapes(result)
-
-
-def _nothing():
-    """In place of a reference to a result."""
+        return [] if self._result is None else self.kind.shapes(self._result)
 
 
 def of(obj, kind):
@@ -249,12 +231,3 @@ def quiet_in():
 def clear():
     _models.clear()
     kept.clear()
-
-
-def _keep_arrays_of(model, obj):
-    key = compat.session_key(obj), model.kind
-    if _models.get(key) is not model:
-        return
-    _models[key] = _models.pop(key)
-    for other in list(_models.values())[:-MOST]:
-        other.drop_arrays()
