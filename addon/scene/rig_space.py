@@ -47,10 +47,7 @@ DEFORMING = {
     'WAVE',
 }
 
-#: Those of them that are tied to the vertices that they were given: behind what makes some they do nothing here.
-TIED = {'LAPLACIANDEFORM', 'MESH_DEFORM', 'SURFACE_DEFORM'}
-
-#: And those where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
+#: Those of them where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
 NEIGHBOURLY = {'CORRECTIVE_SMOOTH', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH', 'NODES', 'SMOOTH'}
 
 #: Modifiers that leave vertices alone.
@@ -113,19 +110,6 @@ def named(obj):
     return wording.quoted(names) if names else "its shape keys"
 
 
-def note(obj):
-    """What of the stack of modifiers is not seen through, in words, or None."""
-    maker = None
-    for modifier in obj.modifiers:
-        if not modifier.show_viewport:
-            continue
-        if maker is not None and modifier.type in TIED:
-            return f"'{modifier.name}' does not count where it is. Move it above '{maker}', which makes vertices"
-        if modifier.type not in DEFORMING | HARMLESS:
-            maker = modifier.name
-    return None
-
-
 def measure(obj):
     """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it.
 
@@ -151,14 +135,6 @@ def measure(obj):
     if bend <= STRAIGHT * space.reach:
         space = dataclasses.replace(space, is_affine=True)
     return None if space.is_identity else space
-
-
-def seen(obj, space, shape):
-    """n x 3 float64: where n x 3 positions of the key are seen; space: what measure() has just given."""
-    if space.is_affine:
-        return space.first_order(shape)
-    with evaluating(obj) as evaluate:
-        return evaluate(shape)
 
 
 @contextlib.contextmanager

@@ -179,17 +179,6 @@ def test_behind_what_smooths_a_handle_moves_by_about_as_much(degrees):
     assert np.linalg.norm(moved - OFFSET) < 0.15 * np.linalg.norm(OFFSET)
 
 
-def test_what_is_not_seen_through_is_told_by_name(part):
-    obj, _armature = linear()
-    obj.modifiers.new("Subdivision", 'SUBSURF')
-    obj.modifiers.new("Follow", 'SURFACE_DEFORM')
-    rigs.held(obj, "Part", MIDDLE, live=False)
-    meshes.activate(obj)
-    bpy.ops.meanvalue.bind()
-    steps.solve()
-    assert "Move it above 'Subdivision'" in part("scene.rig_space").note(obj)
-
-
 def test_what_a_pinned_key_shows_counts(part):
     obj, _ = other_keys()
     rest = steps.key_positions(obj, "Basis")

@@ -125,7 +125,8 @@ def shown_move(obj, handle):
         move = control_places.fitted(shape_keys.rest_positions(obj.data)[vertices], shown[vertices], frame)
     else:
         transform = control_places.rig_transform(space, handle, vertices)
-        seen = rig_space.seen(obj, space, shown)
+        with rig_space.evaluating(obj) as evaluate:
+            seen = evaluate(shown)
         move = np.linalg.inv(transform) @ control_places.fitted(space.seen[vertices], seen[vertices], frame) @ transform
     return motion.between(motion.IDENTITY, move)
 

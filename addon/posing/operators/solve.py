@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, subject
+from ...scene import shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator
@@ -71,8 +71,6 @@ class SolvingOperator(BackgroundOperator):
             *result.solve_notes(solution),
             *result.pose_warnings(posing.bind_input, positions),
         ]
-        if rig_space.note(obj):
-            warnings.append(rig_space.note(obj))
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
         solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(solution.timings['total'])}"

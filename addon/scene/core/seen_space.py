@@ -53,10 +53,6 @@ class SeenSpace:
             linear = motion.fitted(self.rest[members], self.seen[members])[:3, :3]
         return motion.affine(linear, self.seen[members].mean(axis=0) - linear @ self.rest[members].mean(axis=0))
 
-    def first_order(self, shape):
-        """n x 3: where n x 3 positions of the key are seen, exactly if this is affine."""
-        return self.seen + _applied(self.jacobians, shape - self.rest)
-
     @functools.cached_property
     def is_flat(self):
         """n bool: vertices that no key can bring to where they are wanted, since the rig squeezes them.
