@@ -244,4 +244,5 @@ def _draw_status_again():
     saying = [follower.status(obj) for obj, follower in roll.live_objects()]
     if saying != _said:
         _said = saying
-        views.draw_panels_again()
+        views.draw_again('UI')
+        views.draw_again('WINDOW', 'PROPERTIES')

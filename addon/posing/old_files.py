@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What older files have otherwise: carried over when they are opened, and when their objects are appended. In version
 0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move;
-seams were open, and shape keys were known by their names. To be deleted once nobody has such files."""
-
-import re
+seams were open, and the result was known by its name. To be deleted once nobody has such files."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from .. import ids, wording
-from ..scene import key_marks, mesh_arrays, mirrors, pose_key, seams, shape_keys, views
+from .. import wording
+from ..scene import mesh_arrays, mirrors, pose_key, seams, shape_keys, views
 from ..scene.declarations import aside
-from ..scene.key_marks import Role
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
 
@@ -51,7 +48,6 @@ SETTINGS = {
     "anchor_groups": aside(CollectionProperty)(type=MEANVALUE_PG_anchor_group, options={'HIDDEN'}),
     "active_anchor_group": aside(IntProperty)(options={'HIDDEN'}),
     "former_result": aside(StringProperty)(options={'HIDDEN'}),  # the shape key that the last solve wrote
-    "corrective_key": aside(StringProperty)(options={'HIDDEN'}),
 }
 
 
@@ -67,25 +63,18 @@ def carry_over(objects):
             _carry_over(obj)
         if obj.meanvalue.roi_invert:
             _turn_region_around(obj)
-        _mark_keys(obj)
+        _mark_result(obj)
 
 
-def _mark_keys(obj):
-    """Marks the shape keys that had their names alone."""
+def _mark_result(obj):
+    """The shape key that the last solve wrote had its name alone."""
     settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
-    if keys is None or keys.library is not None:
+    if not settings.former_result or keys is None or keys.library is not None:
         return
     result = keys.key_blocks.get(settings.former_result)
     if result not in {None, keys.reference_key}:
         pose_key.adopt(settings, result)
-    if settings.corrective_key in keys.key_blocks:
-        keys.key_blocks[settings.corrective_key].slider_min = key_marks.mark(Role.CORRECTIVE)
-    if settings.former_result or settings.corrective_key:
-        settings.former_result = settings.corrective_key = ""
-    if settings.pose_like == ids.LIKE_RIG and not key_marks.of_role(keys, Role.RIG_POSE):
-        for key in keys.key_blocks:
-            if key.mute and re.match(rf"{ids.RIG_POSE_KEY} -?\d", key.name):
-                key.slider_min = key_marks.mark(Role.RIG_POSE, key.name)
+    settings.former_result = ""
 
 
 def _carry_over(obj):

@@ -18,18 +18,8 @@ COLORS = (
 )
 
 
-def draw_again(region_type=None):
-    """All 3D Views, or their regions of one type."""
-    _tag_regions('VIEW_3D', region_type)
-
-
-def draw_panels_again():
-    """In sidebars of 3D Views and in Properties."""
-    _tag_regions('VIEW_3D', 'UI')
-    _tag_regions('PROPERTIES', 'WINDOW')
-
-
-def _tag_regions(area_type, region_type):
+def draw_again(region_type=None, area_type='VIEW_3D'):
+    """All 3D Views, or their regions of one type; or editors of another type."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == area_type:
