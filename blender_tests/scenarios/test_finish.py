@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finish leaves exactly one key for a pose, and nothing where nothing is posed."""
 
-import types
+from unittest import mock
 
 import bpy
 import numpy as np
@@ -150,15 +150,6 @@ def test_what_hangs_on_a_control_stays_where_it_is():
     assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
 
 
-class Entries(dict):
-    """A layout: {text of an entry: its operator}."""
-
-    separator = staticmethod(lambda: None)
-
-    def operator(self, _name, text="", **_options):
-        return self.setdefault(text, types.SimpleNamespace())
-
-
 def test_discard_pose_and_handles_leaves_the_mesh_as_it_was():
     obj = meshes.tube(name="Tube")
     before = snapshot(obj, without=("settings",))
@@ -168,8 +159,9 @@ def test_discard_pose_and_handles_leaves_the_mesh_as_it_was():
     bpy.ops.meanvalue.add_handle()
     move(obj.meanvalue.handles[0].control, (1.0, 0.0, 0.0))
     meshes.activate(obj)
-    entries = Entries()
-    bpy.types.MEANVALUE_MT_apply.draw(types.SimpleNamespace(layout=entries), None)
+    entries, drawn = {}, mock.MagicMock()
+    drawn.layout.operator.side_effect = lambda _name, text="", **_more: entries.setdefault(text, mock.MagicMock())
+    bpy.types.MEANVALUE_MT_apply.draw(drawn, None)
     assert bpy.ops.meanvalue.finish(keep=entries["Discard Pose and Handles"].keep) == {'FINISHED'}
     assert len(obj.meanvalue.handles) == 0 and not obj.children and obj.data.shape_keys is None
     assert_same(before, snapshot(obj, without=("settings",)))

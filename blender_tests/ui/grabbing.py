@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Grab tool, by the mouse: from a fresh mesh to a drag, its size, pins, Finish."""
 
-import sys
+import cProfile
 from types import SimpleNamespace
 from unittest import mock
 
@@ -11,27 +11,16 @@ from harness import grab, view
 from support import installed, meshes, steps
 
 
-def called_by(function, names):
-    """`function`, which puts the names of all functions that it calls, Python's and built-in ones, into the list."""
-
-    def call(self, context, event):  # Blender looks at the count of arguments
-        sys.setprofile(lambda frame, _event, what: names.append(getattr(what, "__name__", frame.f_code.co_name)))
-        try:
-            return function(self, context, event)
-        finally:
-            sys.setprofile(None)
-
-    return call
-
-
 def three_acts_from_a_fresh_mesh(ui):
     yield from grab.set_up(ui)
     rest = grab.seen()
     start = ui.project(grab.front(z=1.2))
-    operator, calls = installed.part("posing.operators.grab").MEANVALUE_OT_grab, []
-    with mock.patch.object(operator, "invoke", called_by(operator.invoke, calls)):
+    operator, profile = installed.part("posing.operators.grab").MEANVALUE_OT_grab, cProfile.Profile()
+    run, invoke = profile.runcall, operator.invoke
+    with mock.patch.object(operator, "invoke", lambda self, context, event: run(invoke, self, context, event)):
         yield from ui.drag_mouse(start, (start[0] + 130, start[1] + 60), between=lambda step: ui.pause(0.1))
-    assert "draw_handler_add" in calls and not {"foreach_get", "find_pressed"} & set(calls), calls
+    called = str([entry.code for entry in profile.getstats()])
+    assert "draw_handler_add" in called and "foreach_get" not in called and "find_pressed" not in called, called
     assert len(grab.handles()) == 1, ui.reports()
     yield from ui.wait_until(grab.is_at_rest, "the mesh has followed")
     yield from ui.screenshot("grab_1_dragged")

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the overlay shows, without a display: pictures of it are in ui/overlay_pictures.py."""
 
-import contextlib
-import types
+from unittest import mock
 
 import bpy
 import mathutils
@@ -186,13 +185,11 @@ def test_closer_is_in_front_and_at_the_same_place(part, projection):
 
 
 def test_a_popup_comes_in_the_window_where_an_operator_ran_last(part, monkeypatch):
-    views, shown = part("scene.views"), []
-    windows = [types.SimpleNamespace(as_pointer=lambda number=number: number) for number in range(3)]
-    manager = types.SimpleNamespace(windows=windows, popup_menu=lambda *_arguments, **_options: None)
-    override = contextlib.nullcontext
-    context = types.SimpleNamespace(window_manager=manager, temp_override=lambda window: override(shown.append(window)))
-    monkeypatch.setattr(views, "bpy", types.SimpleNamespace(context=context))
-    for context.window in (windows[1], windows[2], None):
-        part("widgets.base").Reporting.tell(types.SimpleNamespace(report=lambda *_arguments: None), "Done", [])
-        views.pop_up("Mean-Value", "Look")
+    windows, seen = [mock.MagicMock() for _number in range(3)], mock.MagicMock()
+    seen.context.window_manager.windows = windows
+    monkeypatch.setattr(part("scene.views"), "bpy", seen)
+    for seen.context.window in (windows[1], windows[2], None):
+        part("widgets.base").Reporting.tell(mock.MagicMock(), "Done", [])
+        part("scene.views").pop_up("Mean-Value", "Look")
+    shown = [call.kwargs["window"] for call in seen.context.temp_override.call_args_list]
     assert shown == [windows[1], windows[2], windows[2]]

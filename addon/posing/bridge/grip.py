@@ -175,8 +175,11 @@ class _Before:
         settings = obj.meanvalue
         if made_handle in settings.handles:
             controls.remove_handle(obj, settings.handles.find(made_handle))
-        if self._weights is not None:
-            self._bring_weights_back(obj)
+        region_name = self._settings["roi_group"]
+        if self._weights is not None and self._had_group and settings.roi_group == region_name:
+            vertex_groups.replace_weights(obj, obj.vertex_groups[region_name], self._weights)
+        elif self._weights is not None:
+            region.remove_made_group(obj)
         made = pose_key.names(obj)
         for name, value in self._settings.items():
             setattr(settings, name, value)
@@ -197,13 +200,6 @@ class _Before:
                 setattr(key, attribute, value)
         vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
-
-    def _bring_weights_back(self, obj):
-        name = self._settings["roi_group"]
-        if self._had_group and obj.meanvalue.roi_group == name:
-            vertex_groups.replace_weights(obj, obj.vertex_groups[name], self._weights)
-        else:
-            region.remove_made_group(obj)
 
 
 def _channels(handle):

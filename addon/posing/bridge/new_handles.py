@@ -5,7 +5,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, views
+from ...scene import rig_space, seams, shape_keys, views
 from . import controls, members, pose_names, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
@@ -48,7 +48,8 @@ def positions(obj, vertices):
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
-    copies = region.copies_of(obj, vertex)
+    first = seams.copies(obj)
+    copies = [vertex] if first is None else np.flatnonzero(first == first[vertex]).tolist()
     for number, handle in enumerate(obj.meanvalue.handles):
         if targets.is_taking_part(handle) and any(members.has(obj, handle, copy) for copy in copies):
             return number

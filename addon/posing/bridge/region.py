@@ -39,14 +39,6 @@ def ensure_group(obj):
     return group
 
 
-def own_group(obj):
-    """As ensure_group(), but if the region is the artist's own group, a new one takes its place in the settings."""
-    settings = obj.meanvalue
-    if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
-        settings.roi_group = settings.made_region = vertex_groups.make(obj, ids.REGION_GROUP).name
-    return ensure_group(obj)
-
-
 def remove_made_group(obj):
     """Clears the region, and deletes its vertex group if it was made for it."""
     settings = obj.meanvalue
@@ -59,17 +51,10 @@ def weights(obj):
     """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
     missing."""
     name = obj.meanvalue.roi_group
-    bpy.context.view_layer.update()  # Blender has told of all edits then
+    if kept.has_any():
+        bpy.context.view_layer.update()  # Blender has told of all edits then
     found = vertex_groups.weights(obj, [name]).get(name)
     return np.zeros(len(obj.data.vertices)) if found is None else found
-
-
-def copies_of(obj, vertex):
-    """Indices of the vertices that are merged with `vertex`, and that itself as the first."""
-    first = seams.copies(obj)
-    if first is None:
-        return [vertex]
-    return [vertex, *(int(each) for each in np.flatnonzero(first == first[vertex]) if each != vertex)]
 
 
 class Surface:
@@ -121,19 +106,14 @@ def _made_ways(obj, rest, first):
     return ways
 
 
-def seeds_of(obj, handle):
-    """Vertex indices of a handle. @throws SceneError if there are none to grow from."""
-    members.require_listed(obj, handle)
-    (seeds,) = members.of(obj, [handle])
-    if len(seeds) == 0:
-        raise SceneError(f"Handle '{handle.name}' has no vertices to grow from. Assign some, or choose another handle")
-    return seeds
-
-
 def write(obj, weights):
-    """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed."""
+    """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed: a new
+    one takes its place in the settings."""
+    settings = obj.meanvalue
     with engine.held(), kept.writing(obj):
-        vertex_groups.replace_weights(obj, own_group(obj), np.asarray(weights, np.float64))
+        if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
+            settings.roi_group = settings.made_region = vertex_groups.make(obj, ids.REGION_GROUP).name
+        vertex_groups.replace_weights(obj, ensure_group(obj), np.asarray(weights, np.float64))
     for model in object_model.known_models(obj):
         model.edited()
     obj.update_tag(refresh={'OBJECT'})  # for Live; without, the mesh too is told of as edited

@@ -127,7 +127,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         obj, self._pressed, self._covered = pressing.find_pressed(context, self._start)
         self.object_name = obj.name
         self.remember_object(obj)
-        self.vertex, self.handle = self._pressed.vertex, self._handle(obj)
+        self.vertex = self._pressed.vertex
+        index = None if self._pressed.handle else new_handles.handle_at(obj, self.vertex)
+        self.handle = self._pressed.handle if index is None else obj.meanvalue.handles[index].name
         self._fits = self._is_to_fit = not (self.handle or self.pin) and tool_choice.fits(context)
         if self._fits:
             self.size = tool_choice.FIRST_SIZE
@@ -200,11 +202,6 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if self._is_to_fit:
             self.size = tool_choice.size_at(context, obj, self._pressed)
             self._is_to_fit = False
-
-    def _handle(self, obj):
-        """Name of the handle or pin that is pressed on, or ""."""
-        index = None if self._pressed.handle else new_handles.handle_at(obj, self.vertex)
-        return self._pressed.handle if index is None else obj.meanvalue.handles[index].name
 
     def _on_plane(self, context, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""

@@ -5,9 +5,10 @@ import bpy
 import numpy as np
 
 from ... import wording
+from ...errors import SceneError
 from ...scene import selection, subject
 from ...widgets.base import MeshOperator
-from ..bridge import controls, region
+from ..bridge import controls, members, region
 
 #: Distance to begin with, as a share of the bounding-box diagonal of the mesh.
 FIRST_DISTANCE = 0.2
@@ -36,7 +37,10 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         settings = obj.meanvalue
         region.require_own_group(obj)
         handle = settings.handles[settings.active_handle]
-        seeds = region.seeds_of(obj, handle)
+        members.require_listed(obj, handle)
+        (seeds,) = members.of(obj, [handle])
+        if len(seeds) == 0:
+            raise SceneError(f"Handle '{handle.name}' has no vertices to grow from. Assign some, or choose another")
         if not self.properties.is_property_set("distance"):
             self.distance = region.radius(obj, FIRST_DISTANCE)
         distances = region.Surface(obj, seeds).distances(self.distance)
