@@ -95,9 +95,9 @@ class Recording:
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
             self._clean(self.positions)
             labels, positions = self._markers(left_out)
-            up, is_whole = upright.by_names(labels, positions)
-            positions *= self._metres(positions, PERSON if is_whole else PLAUSIBLE, unit)
-            if up is None or (self.up_axis and not is_whole):  # an arm may be held in any direction
+            up, largest = upright.by_names(labels, positions)
+            positions *= self._metres(positions, largest, unit)
+            if up is None or (self.up_axis and largest == np.inf):  # an arm may be held in any direction
                 up = upright.by_floor(positions, self.up_axis)
             positions = units.turn_up(positions, self._up(up, up_axis))
         self._drop_damaged(positions)
@@ -143,12 +143,13 @@ class Recording:
             missing |= ~positions.any(axis=2)
         positions[missing] = np.nan
 
-    def _metres(self, positions, sizes, chosen):
-        """Meters for one unit of the positions, as chosen or as the file says, unless that makes no subject of sizes,
-        (least, most) meters."""
+    def _metres(self, positions, largest, chosen):
+        """Meters for one unit of the positions, as chosen or as the file says, unless that makes no subject of a size
+        that can be. One person is `largest` units at most."""
         if chosen is not None and not (np.isfinite(chosen) and chosen > 0.0):
             raise MotionFileError(f"The unit must be meters for one unit of the file, above 0, and is {chosen}")
-        extent = max(self.extent, units.median_extent(positions))
+        extent = max(self.extent, min(units.median_extent(positions), largest))
+        sizes = PLAUSIBLE if largest == np.inf else PERSON
         fits, words = units.guess_unit(extent)
         told = chosen or units.metres_in(self.unit)
         if told is None:

@@ -15,13 +15,15 @@ _HEIGHTS = tuple((re.compile(words), height) for words, height in (
     ("should|sho(?!e)|acr|clav|collar|scap", 0.81), ("chest|stern|strn|thora|^tv?10$", 0.74), ("spine|back|bak$", 0.67),
 ))  # fmt: skip
 #: The share of markers whose heights must be known; the cosine of the angle to an axis within which a body is along it;
-#: heights that who crawls travels farther along the body than across; share of the height that all but a limb spans.
-KNOWN, ALONG, CRAWLS, WHOLE = 0.2, 0.7, 0.6, 0.5
+#: heights that who crawls travels farther along the body than across; share of the height that all but a limb spans;
+#: heights, as its parts tell it, that a body may be large, with its arms spread or as it bends.
+KNOWN, ALONG, CRAWLS, WHOLE, LARGEST = 0.2, 0.7, 0.6, 0.5, 1.6
 
 
 def by_names(labels, positions):
-    """(axis, is_whole): one of units.UP_AXES, along which what is higher on a body by its name is higher, mostly,
-    None without such names or where that is not clear; whether the parts are more than an arm, a shank or a trunk.
+    """(axis, largest): one of units.UP_AXES, along which what is higher on a body by its name is higher, mostly,
+    None without such names or where that is not clear; how large one person is at most, whatever else is captured,
+    infinite if the parts are no more than an arm, a shank or a trunk.
 
     labels  m names; positions  (f, m, 3), NaN for what is missing.
     """
@@ -29,14 +31,14 @@ def by_names(labels, positions):
     heights = np.array([next((height for words, height in _HEIGHTS if words.search(name)), np.nan) for name in names])
     levels = np.unique(heights[~np.isnan(heights)])
     if np.isnan(heights).mean() > 1.0 - KNOWN:
-        return None, False
+        return None, np.inf
     parts = [units.few(positions)[:, heights == level] for level in levels]
     middles = np.stack([np.nansum(part, axis=1) / (~np.isnan(part)).sum(axis=1) for part in parts])
     is_often_seen = np.isfinite(middles).all(axis=2).mean(axis=1) > 0.5
     levels, middles = levels[is_often_seen], middles[is_often_seen]
     middles = middles[:, np.isfinite(middles).all(axis=(0, 2))]
     if len(levels) < 2 or middles.shape[1] == 0:
-        return None, False
+        return None, np.inf
     ways = np.tensordot(levels - levels.mean(), middles, 1) / (levels @ (levels - levels.mean()))
     lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
     mean = np.median(ways / lengths, axis=0)
@@ -44,7 +46,7 @@ def by_names(labels, positions):
     axis = int(np.argmax(np.abs(mean)))
     crawls = travel[axis] > np.delete(travel, axis).max() + CRAWLS * np.median(lengths)
     up = ("-" if mean[axis] < 0.0 else "") + "XYZ"[axis] if np.abs(mean[axis]) > ALONG and not crawls else None
-    return up, np.ptp(levels) > WHOLE
+    return up, LARGEST * np.quantile(lengths, 0.95) if np.ptp(levels) > WHOLE else np.inf
 
 
 def by_floor(positions, told):
