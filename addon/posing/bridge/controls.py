@@ -136,17 +136,14 @@ def paint(control, handle):
     control.color = (*Color(handle.color).from_srgb_to_scene_linear(), 1.0)
 
 
-def add_control(obj, handle, rest_points, shown_points):
-    """Makes the Empty that moves `handle`, at its vertices, as its key shows them (n x 3 both), where they are seen."""
-    control = new_control(obj, handle, handle.name, 'CUBE', _size(obj, shown_points))
+def add_control(obj, handle, rest_points):
+    """Makes the Empty that moves `handle`, which has vertices at n x 3 `rest_points`, where they are seen."""
+    control = new_control(obj, handle, handle.name, 'CUBE', _size(obj, rest_points))
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
     frame = control_places.unscaled(obj)
     handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
-    if rig_space.is_there(obj):
-        move_now = shown_move(obj, handle)
-    else:
-        move_now = control_places.fitted(rest_points, shown_points, frame)
+    move_now = shown_move(obj, handle)
     middle = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
     place = motion.affine(move_now[:3, :3] @ frame, middle)
     handle.rest_relation = (np.linalg.inv(move_now) @ place).ravel()

@@ -29,20 +29,12 @@ def make_handle(obj, handle, vertices, color=None):
     """Gives a handle its control, at its vertices as they are shown. Returns the control."""
     carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
     handle.color = color or views.COLORS[carried % len(views.COLORS)]
-    rest, shown = positions(obj, vertices)
-    return controls.add_control(obj, handle, rest, shown)
+    return controls.add_control(obj, handle, shape_keys.rest_positions(obj.data)[vertices])
 
 
 def make_pin(handle):
     handle.follows = 'REST'
     handle.color = PIN_COLOR
-
-
-def positions(obj, vertices):
-    """(m x 3 in the rest shape, m x 3 as posed), float32."""
-    rest = shape_keys.rest_positions(obj.data)[vertices]
-    posed = shape_keys.posed_positions(obj)
-    return rest, rest if posed is None else posed[vertices]
 
 
 def handle_at(obj, vertex):
@@ -76,8 +68,9 @@ def toggle_pin(obj, vertex, size, name=""):
     if index is not None:
         return _let_go(obj, index)
     vertices = near_vertices(obj, vertex, size)
-    rest, posed = positions(obj, vertices)
-    is_posed = np.abs(posed - rest).max(initial=0.0) > 1e-5 * region.shown_size(obj)
+    rest, posed = shape_keys.rest_positions(obj.data), shape_keys.posed_positions(obj)
+    moves = 0.0 if posed is None else np.abs(posed - rest)[vertices].max(initial=0.0)
+    is_posed = moves > 1e-5 * region.shown_size(obj)
     if is_posed:
         rig_space.measure(obj)  # throws before anything is changed
     handle = add_handle(obj, vertices, kind=ids.PIN_NAME)
