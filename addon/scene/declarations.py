@@ -35,9 +35,7 @@ def tell(group, _context):
 
 def values(group):
     """What a property group says that a binding depends on, as nested tuples of plain values, to be compared."""
-    return tuple(
-        getattr(group, name) if is_plain else _plain(getattr(group, name)) for name, is_plain in _declared(type(group))
-    )
+    return tuple(_plain(getattr(group, name)) for name in _declared(type(group)))
 
 
 def clear(group):
@@ -48,20 +46,14 @@ def clear(group):
 
 @functools.cache
 def _declared(kind):
-    """((name, whether its value can be compared as it is), ...)"""
-    return tuple(
-        (name, setting.function.__name__ in _PLAIN)
-        for name, setting in kind.__annotations__.items()
-        if not any(setting is each for each in _aside)
-    )
-
-
-_PLAIN = {"BoolProperty", "EnumProperty", "FloatProperty", "IntProperty", "StringProperty"}
+    """Names of what a binding depends on."""
+    settings = kind.__annotations__.items()
+    return tuple(name for name, setting in settings if not any(setting is each for each in _aside))
 
 
 def _plain(value):
-    if value is None:
-        return None
+    if value is None or isinstance(value, (bool, float, int, str)):
+        return value
     if isinstance(value, bpy.types.PropertyGroup):
         return values(value)
     if isinstance(value, bpy.types.ID):
