@@ -61,6 +61,7 @@ class ObjectModel:
     rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
     overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
+    reading       since the last edit, or None
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
@@ -73,7 +74,7 @@ class ObjectModel:
         self.content = next(_numbers)
         self.told_at = -math.inf
         self._compared = 0
-        self._reading = self._stamp = self._result = self._error = None
+        self.reading = self._stamp = self._result = self._error = None
 
     # Whether it has changed
 
@@ -94,7 +95,7 @@ class ObjectModel:
 
     def edited(self):
         """The object is another one now."""
-        self._reading = None
+        self.reading = None
         self.content = next(_numbers)
         self._is_to_be_compared()
 
@@ -115,11 +116,6 @@ class ObjectModel:
 
     # What was read of it
 
-    @property
-    def reading(self):
-        """The reading since the last edit, or None."""
-        return self._reading
-
     def is_read(self, obj):
         """Whether result() is of the object as it is, as far as Blender has told."""
         return self._stamp is not None and self.is_known and self._stamp == self.stamp(obj)
@@ -139,7 +135,7 @@ class ObjectModel:
         while self.is_unchecked:
             self.compare_on(obj)
             self.read(obj)
-        return self._reading
+        return self.reading
 
     def read(self, obj):
         """Reads what is not read yet."""
@@ -147,9 +143,9 @@ class ObjectModel:
             return
         stamp, found, error = self.stamp(obj), None, None
         try:
-            if self._reading is None or self._stamp is None or self._stamp.signature != stamp.signature:
-                self._reading = self.kind(obj)
-            found = self._reading.result(obj)
+            if self.reading is None or self._stamp is None or self._stamp.signature != stamp.signature:
+                self.reading = self.kind(obj)
+            found = self.reading.result(obj)
         except MeanValueError as problem:
             error = problem
         former = self._result
@@ -178,9 +174,9 @@ class ObjectModel:
             name, shape = shapes[self._compared]
             self._compared += 1
             if not np.array_equal(shape_keys.held(obj, name), shape):
-                reading = self._reading
+                reading = self.reading
                 self.edited()
-                self._reading = reading  # of groups and faces, which Blender would have told of
+                self.reading = reading  # of groups and faces, which Blender would have told of
                 return
             if clock() >= until:
                 return
