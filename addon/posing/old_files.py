@@ -35,7 +35,7 @@ def _turn_region_around(obj):
         return
     rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
     twins, copies = mirrors.partners(obj, rest, *faces), seams.copies(obj, rest, faces)
-    held = scene_input.effective_region(obj, region.weights(obj), copies, None if twins is None else twins[None])
+    held = scene_input.effective_region(region.weights(obj), copies, twins)
     settings.roi_invert = False
     if settings.roi_group in obj.vertex_groups:
         region.write(obj, 1.0 - held)

@@ -85,13 +85,6 @@ def _seams(obj, rest, corners, starts, shapes=()):
     return planes, joined
 
 
-def on_both_sides(obj, freedom, twins_of_planes):
-    """Of n weights of the region those that count: with Symmetric what is in the group on one side is on both."""
-    if obj.meanvalue.symmetric == 'NONE' or twins_of_planes is None or (twins_of_planes[-1] < 0).any():
-        return freedom
-    return np.maximum(freedom, freedom[twins_of_planes[-1]])
-
-
 def partners(obj, rest, corners, starts):
     """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
     return None if obj.meanvalue.symmetric == 'NONE' else twins.find(rest, corners, starts, _symmetric_row(obj))

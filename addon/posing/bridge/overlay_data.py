@@ -89,7 +89,7 @@ def _read(obj, stamp, reading, positions):
     if obj.meanvalue.roi_group in reading.weights:
         freedom = scene_input.region_weights(obj, reading)
         copies = seams.copies(obj, rest, reading.faces)
-        freedom = scene_input.effective_region(obj, freedom, copies, None if twins is None else twins[None])
+        freedom = scene_input.effective_region(freedom, copies, twins)
         tinted, corners = tinted_faces.tinted_faces(
             mesh_arrays.shown_triangles(obj.data), *reading.faces, freedom > 0.0
         )

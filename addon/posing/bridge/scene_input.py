@@ -98,7 +98,7 @@ def gather(obj, reading=None, to_bind=True):
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
     copies = seams.copies(obj, rest, reading.faces)
-    freedom = effective_region(obj, freedom, copies, twins)
+    freedom = effective_region(freedom, copies, None if twins is None else twins[-1])
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
@@ -136,10 +136,12 @@ def region_weights(obj, reading):
     return np.ones(len(obj.data.vertices)) if weights is None else weights
 
 
-def effective_region(obj, freedom, copies, twins):
+def effective_region(freedom, copies, partners):
     """Of n weights of the region those that count: the same for all copies of a merged vertex, and on both sides of a
-    symmetric mesh. copies, twins: as of a BindInput."""
-    return welding.spread(mirrors.on_both_sides(obj, welding.spread(freedom, copies), twins), copies)
+    symmetric mesh. copies: as of a BindInput; partners: of all vertices, as of mirrors.partners()."""
+    freedom = welding.spread(freedom, copies)
+    is_symmetric = partners is not None and (partners >= 0).all()
+    return welding.spread(np.maximum(freedom, freedom[partners]) if is_symmetric else freedom, copies)
 
 
 def unheld_problem(obj):
