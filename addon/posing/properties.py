@@ -26,10 +26,6 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     vertex_count: IntProperty()
     faces: StringProperty()
     rest_shape: StringProperty()
-    anchors: StringProperty()
-    roi: StringProperty()
-    settings: StringProperty()
-    mirror: StringProperty()
     knows_seams: BoolProperty()  # it was bound by a version that closes seams; see old_files.py
 
 

@@ -61,15 +61,12 @@ def test_a_limb_bends_as_its_keys_show(limb):
 def test_an_edited_key_counts_at_the_next_pose(limb):
     limb.meanvalue.pose_like = 'SHAPE_KEYS'
     with_both = solve(limb)
-    record = limb.meanvalue.bound
-    before = record.settings
     keys = limb.data.shape_keys.key_blocks
     rest = steps.key_positions(limb, "Basis")
     keys["Forth"].data.foreach_set("co", np.float32(bent(rest, 0.3)).ravel())
     limb.data.update_tag()
     bpy.context.view_layer.update()
     assert solve(limb) != with_both
-    assert record.settings != before
 
 
 def test_what_is_no_example_is_told_by_name(limb):
@@ -164,9 +161,7 @@ def test_live_follows_an_edited_key(limb):
     bpy.context.view_layer.update()
     before = steps.key_positions(limb, "Mean-Value")
     assert np.abs(before - steps.key_positions(limb, "Basis")).max() > 0.4
-    settings = limb.meanvalue.bound.settings
     limb.data.shape_keys.key_blocks["Forth"].mute = True
     limb.update_tag()
     bpy.context.view_layer.update()
-    assert limb.meanvalue.bound.settings != settings
     assert np.abs(steps.key_positions(limb, "Mean-Value") - before).max() > 0.0

@@ -1,30 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The binding as it is kept in the .blend, a fingerprint, and whether it is still that of the scene."""
 
-from dataclasses import fields
-
 from ... import wording
 from ...errors import SceneError, StaleBindingError
 from ...scene import declarations
 from ...solver import session
 from ...solver.core import fingerprint
-from ...solver.core.fingerprint import Fingerprint
 from . import scene_input
-
-
-def read_fingerprint(record):
-    """The Fingerprint that was bound, or None if nothing is."""
-    if not record.is_bound:
-        return None
-    return Fingerprint(**{field.name: getattr(record, field.name) for field in fields(Fingerprint)})
 
 
 def require_fits(record, now):
     """now: a Fingerprint. @throws StaleBindingError if the artist has to look first: else it is bound again."""
-    bound = read_fingerprint(record)
-    if bound is None:
-        return
-    changes = fingerprint.changes(bound, now)
+    changes = fingerprint.changes(record, now) if record.is_bound else ""
     if changes:
         raise StaleBindingError(f"{changes}. Check the handles and press Update")
 
@@ -47,13 +34,12 @@ def problem(obj, quiet_seconds=0.0):
 
 
 def write(record, now):
-    """Remembers the binding of a Fingerprint."""
-    for field in fields(now):
-        setattr(record, field.name, getattr(now, field.name))
+    """Remembers the binding of a Fingerprint: what of it the artist has to look at where it is another."""
+    record.vertex_count, record.faces, record.rest_shape = now.vertex_count, now.faces, now.rest_shape
     record.is_bound = record.knows_seams = True
 
 
 def release(record):
-    """Forgets the binding that there is, and frees its memory."""
-    session.cache.discard(read_fingerprint(record).key)
+    """Forgets the binding that there is, and frees its memory, with that of others which nothing holds now."""
+    session.cache.clear()
     declarations.clear(record)

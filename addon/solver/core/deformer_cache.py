@@ -28,14 +28,11 @@ class DeformerCache:
 
     def put(self, key, entry, byte_count, family=None):
         """family: what entries have in common that may be made from each other."""
-        self.discard(key)
+        self._entries.pop(key, None)
         self._entries[key] = (entry, byte_count, family)
         total = sum(byte_count for _, byte_count, _ in self._entries.values())
         while len(self._entries) > 1 and (len(self._entries) > self._capacity or total > self._byte_limit):
             total -= self._entries.pop(next(iter(self._entries)))[1]
-
-    def discard(self, key):
-        self._entries.pop(key, None)
 
     def clear(self):
         self._entries.clear()

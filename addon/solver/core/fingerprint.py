@@ -78,7 +78,7 @@ def remembered(function):
 
 def changes(bound, now):
     """Why the artist must look and press Update, in words, or "": after other changes what poses the mesh next binds
-    again by itself."""
+    again by itself. bound: a Fingerprint, or the record of one."""
     if bound.vertex_count != now.vertex_count:  # then all else differs too, which would say nothing new
         return f"the mesh has {wording.vertices(now.vertex_count)} ({bound.vertex_count:,} when bound)"
     return wording.listed(words for name, words in CHANGES.items() if getattr(bound, name) != getattr(now, name))
