@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "meanvalue/common/errors.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -10,29 +11,12 @@ namespace meanvalue {
 using SharedPositions = std::shared_ptr<const Positions>;
 using SharedTriangles = std::shared_ptr<const Triangles>;
 
-/// A matrix in memory of the caller's, looked at while it is copied.
-template <typename Scalar>
-struct StridedMatrix {
-    const Scalar* data;
-    Eigen::Index rows;
-    Eigen::Index columns;
-    Eigen::Index row_stride;
-    Eigen::Index column_stride;
-};
-
-/// Copies it into memory that this library takes and frees: a program that is compiled for other instructions may
-/// have another allocator of Eigen's. @throws InvalidInput by `name` unless there are three columns.
-SharedPositions copy_shared(const StridedMatrix<double>& matrix, const char* name);
-SharedTriangles copy_shared(const StridedMatrix<Index>& matrix, const char* name);
-
-/// The same of a matrix or map of Eigen's of double or int, row-major or column-major.
+/// A copy of a matrix or map of Eigen's of double or int, row-major or column-major.
+/// @throws InvalidInput by `name` unless there are three columns.
 template <typename Derived>
 auto share(const Eigen::MatrixBase<Derived>& matrix, const char* name) {
-    static_assert((Derived::Flags & Eigen::DirectAccessBit) != 0, "give a matrix or a map, not an expression");
-    const Derived& given = matrix.derived();
-    return copy_shared(StridedMatrix<typename Derived::Scalar>{given.data(), given.rows(), given.cols(),
-                                                               given.rowStride(), given.colStride()},
-                       name);
+    if (matrix.cols() != 3) throw InvalidInput(message(name, " has ", matrix.cols(), " columns; give 3"));
+    return std::make_shared<const Rows<typename Derived::Scalar>>(matrix);
 }
 
 /// What is shared already.

@@ -16,12 +16,19 @@ using Index = std::int32_t;
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 
-/// n x 3, one row a vertex, row-major so that numpy's C-order arrays are seen without a copy.
-using Positions = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+/// Rows of three, row-major so that numpy's C-order arrays are seen without a copy. Not aligned, so that their memory
+/// is malloc's: a program that is compiled for other instructions than this library has another allocator of Eigen's,
+/// and takes and frees what crosses the border.
+template <typename Scalar>
+using Rows =
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 3, static_cast<int>(Eigen::RowMajor) | static_cast<int>(Eigen::DontAlign)>;
+
+/// n x 3, one row a vertex.
+using Positions = Rows<double>;
 using PositionsView = Eigen::Ref<const Positions>;
 
 /// m x 3, one row a triangle, vertices counter-clockwise seen from outside.
-using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Triangles = Rows<Index>;
 using TrianglesView = Eigen::Ref<const Triangles>;
 
 /// Seconds spent in each named stage.

@@ -9,13 +9,6 @@
 
 namespace meanvalue {
 
-Solution::Solution() = default;
-Solution::Solution(const Solution&) = default;
-Solution::Solution(Solution&&) noexcept = default;
-Solution& Solution::operator=(const Solution&) = default;
-Solution& Solution::operator=(Solution&&) noexcept = default;
-Solution::~Solution() = default;
-
 struct Deformer::State {
     explicit State(std::unique_ptr<const BoundMesh> mesh) : bound(std::move(mesh)) {}
 
@@ -105,8 +98,8 @@ Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions&
 std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads) const {
     Workspace* workspace = nullptr;
     {
-        const std::lock_guard<std::mutex> lock(state_->making);
-        workspace = state_->workspace.get();
+        const std::unique_lock<std::mutex> lock(state_->making, std::try_to_lock);
+        if (lock) workspace = state_->workspace.get();
     }
     if (workspace == nullptr) return {};
     const BoundMesh& bound = state_->deformer.bound();

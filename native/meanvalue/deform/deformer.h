@@ -33,14 +33,6 @@ struct SolveOptions {
 };
 
 struct Solution {
-    // Made, copied and freed in the library: see copy_shared(). Copy `vertices` out of it; do not move them.
-    Solution();
-    Solution(const Solution&);
-    Solution(Solution&&) noexcept;
-    Solution& operator=(const Solution&);
-    Solution& operator=(Solution&&) noexcept;
-    ~Solution();
-
     /// n x 3; anchors exactly at their targets but for soft ones, fixed vertices exactly at rest.
     Positions vertices;
     /// What was minimized, in squared units of the input: G (equation 15), the cost of lengths where there is
