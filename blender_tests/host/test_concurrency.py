@@ -5,9 +5,11 @@ import contextlib
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -153,3 +155,34 @@ def test_a_forked_process_binds_and_solves(state):
     assert ended.stderr == ""
     assert sorted(ended.stdout.splitlines()) == ["child is right", "parent is right"]
     assert ended.returncode == 0
+
+
+LONG_CALLS = {
+    "bind": lambda mesh: meanvalue.Deformer(*mesh, [0, 9000]),
+    "task": lambda mesh: meanvalue.start_bind(*mesh, [0, 9000]).wait(),
+    "clip": lambda mesh: small(mesh).solve_sequence(np.cumsum(np.ones((2000, 2, 3)), axis=0)),
+    "clip by frames": lambda mesh: small(mesh).solve_sequence(np.ones((2000, 2, 3)), on_frame=print),
+    "encode": lambda mesh: [meanvalue.encode(*mesh) for _ in range(20)],
+    "surface": lambda mesh: meanvalue.Surface(*mesh).nearest(np.tile(mesh[0], (40, 1))),
+    "morph": lambda mesh: meanvalue.Morpher([mesh[0], 2.0 * mesh[0]], mesh[1]),
+    "baseline": lambda mesh: meanvalue.baselines.arap(*mesh, [0, 9000], mesh[0][[0, 9]], iterations=10**6),
+}
+
+
+def small(mesh):
+    return meanvalue.Deformer(mesh[0], mesh[1][:20000], [0, 9000])
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no such timer")
+@pytest.mark.parametrize("call", LONG_CALLS)
+def test_ctrl_c_ends_every_call_that_waits(call):
+    mesh = stress.bar(200000)
+    begun, raised = time.monotonic(), signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            LONG_CALLS[call](mesh)
+        assert time.monotonic() - begun < 0.1 + 0.2 + 0.5, "0.2 s, and half a second where the machine is busy"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, raised)

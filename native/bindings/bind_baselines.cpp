@@ -2,6 +2,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
+#include "bindings/task.h"
 #include "meanvalue/baselines/arap.h"
 #include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/baselines/laplacian_surface_editing.h"
@@ -36,12 +37,7 @@ void bind_baseline(py::module_& module, const char* name, const std::string& sum
             positions.view(),     triangles, as_indices(anchors, "anchors", "vertex"), target_positions.view(),
             as_flags(roi, "roi"), threads};
         const SharedExecution held = execution_or_new(execution);
-        Positions deformed;
-        {
-            const py::gil_scoped_release released;
-            deformed = method(problem, *held, options...);
-        }
-        return to_array(std::move(deformed));
+        return to_array(beside(held, [&] { return Positions(method(problem, *held, options...)); }));
     };
     const std::string text = summary + "\n" + kArguments;
     module.def(name, call, py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::arg("targets"),
@@ -102,12 +98,8 @@ void bind_morphs(py::module_& module) {
             const PositionsArray to(second, "second");
             const Triangles triangles = as_triangles(faces, "faces");
             const SharedExecution held = execution_or_new(execution);
-            Positions between;
-            {
-                const py::gil_scoped_release released;
-                between = baselines::poisson_morph(from.view(), to.view(), triangles, share, *held);
-            }
-            return to_array(std::move(between));
+            return to_array(beside(
+                held, [&] { return baselines::poisson_morph(from.view(), to.view(), triangles, share, *held); }));
         },
         py::arg("first"), py::arg("second"), py::arg("faces"), py::arg("share"), py::kw_only(),
         py::arg("execution") = py::none(),

@@ -2,6 +2,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
+#include "bindings/task.h"
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -19,11 +20,12 @@ Encoding encode_mesh(const py::object& vertices, const py::object& faces, int th
     const auto positions = array.view();
     const Triangles triangles = as_triangles(faces, "faces");
     const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    require_finite(positions, "vertices");
-    require_moderate_extent(positions);
-    const OneRings rings = collect_one_rings(static_cast<Index>(positions.rows()), triangles, *held);
-    return encode(rings, positions, thread_count(threads), *held);
+    return beside(held, [&] {
+        require_finite(positions, "vertices");
+        require_moderate_extent(positions);
+        const OneRings rings = collect_one_rings(static_cast<Index>(positions.rows()), triangles, *held);
+        return encode(rings, positions, thread_count(threads), *held);
+    });
 }
 
 PositionsArray positions_of(const Encoding& encoding, const py::object& vertices) {
@@ -39,20 +41,15 @@ py::array_t<double> predict_positions(const Encoding& encoding, const py::object
                                       const SharedExecution& execution) {
     const PositionsArray positions = positions_of(encoding, vertices);
     const SharedExecution held = execution_or_new(execution);
-    Positions predicted;
-    {
-        const py::gil_scoped_release released;
-        predicted = predict_all(encoding, positions.view(), thread_count(threads), *held);
-    }
-    return to_array(std::move(predicted));
+    return to_array(
+        beside(held, [&] { return predict_all(encoding, positions.view(), thread_count(threads), *held); }));
 }
 
 double energy_of(const Encoding& encoding, const py::object& vertices, int threads,
                  const SharedExecution& execution) {
     const PositionsArray positions = positions_of(encoding, vertices);
     const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
-    return energy(encoding, positions.view(), thread_count(threads), *held);
+    return beside(held, [&] { return energy(encoding, positions.view(), thread_count(threads), *held); });
 }
 
 py::dict guarded_by(const Encoding& encoding) {

@@ -99,12 +99,12 @@ Encoding blend_encodings(const std::vector<std::shared_ptr<Encoding>>& encodings
     const Index vertices = encodings.empty() ? 0 : encodings.front()->vertex_count();
     const std::vector<double> values = own_weights(weights, shapes, vertices);
     const SharedExecution held = execution_or_new(execution);
-    const py::gil_scoped_release released;
     std::vector<const Encoding*> of_shapes;
     of_shapes.reserve(encodings.size());
     for (const auto& encoding : encodings)
         of_shapes.push_back(encoding.get());
-    return blend(of_shapes, ShapeWeights(values, shapes, vertices), thread_count(threads), *held);
+    return beside(
+        held, [&] { return blend(of_shapes, ShapeWeights(values, shapes, vertices), thread_count(threads), *held); });
 }
 
 constexpr const char* kBindArguments =

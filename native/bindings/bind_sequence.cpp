@@ -64,7 +64,7 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
 
 /// In blocks, each of which is handed over frame by frame before the next one is begun.
 std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Call& call, const py::object& on_frame,
-                                              Execution& execution) {
+                                              const SharedExecution& execution) {
     const auto [begin, end] = call.options.frames.value_or(std::pair<Index, Index>{0, call.trajectories.frame_count});
     auto whole = std::make_shared<Sequence>();
     whole->first = begin;
@@ -78,11 +78,9 @@ std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Ca
         options.frames = {from, to};
         const double count = std::max<Index>(1, end - begin);
         options.progress = {(from - begin) / count, (to - begin) / count};
-        std::shared_ptr<Sequence> part;
-        {
-            const py::gil_scoped_release released;
-            part = std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, options, execution));
-        }
+        const auto part = beside(execution, [&] {
+            return std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, options, *execution));
+        });
         const py::object owner = py::cast(part);
         for (Index frame = from; frame < to; ++frame) {
             const auto numbers = static_cast<std::size_t>(part->vertex_count) * 3;
@@ -97,7 +95,7 @@ std::shared_ptr<Sequence> solve_and_hand_over(const Deformer& deformer, const Ca
         whole->snaps.insert(whole->snaps.end(), part->snaps.begin(), part->snaps.end());
         whole->failures.insert(whole->failures.end(), part->failures.begin(), part->failures.end());
         from = to;
-        execution.check();  // a callback may have cancelled it
+        execution->check();  // a callback may have cancelled it
     } while (from < end);
     return whole;
 }
@@ -111,9 +109,10 @@ std::shared_ptr<Sequence> solve_frames(const Deformer& deformer, const py::objec
     const Call call =
         own_call(targets, weights, frames, chunk, overlap, std::move(kept), tolerance, max_iterations, threads);
     const SharedExecution held = execution_or_new(execution);
-    if (on_frame) return solve_and_hand_over(deformer, call, *on_frame, *held);
-    const py::gil_scoped_release released;
-    return std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, call.options, *held));
+    if (on_frame) return solve_and_hand_over(deformer, call, *on_frame, held);
+    return beside(held, [&] {
+        return std::make_shared<Sequence>(solve_sequence(deformer, call.trajectories, call.options, *held));
+    });
 }
 
 Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& targets,

@@ -7,6 +7,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
+#include "bindings/task.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/mesh/same_places.h"
@@ -33,19 +34,17 @@ std::shared_ptr<SurfaceWays> make_ways(const py::object& vertices, const py::obj
     Positions positions = PositionsArray(vertices, "vertices").view();
     const SurfaceWays::Edges owned = as_edges(edges);
     const Triangles triangles = as_triangles(faces, "faces");
-    const py::gil_scoped_release released;
-    return std::make_shared<SurfaceWays>(std::move(positions), owned, triangles, gap, thread_count(threads),
-                                         Execution());
+    const auto execution = std::make_shared<Execution>();
+    return beside(execution, [&] {
+        return std::make_shared<SurfaceWays>(std::move(positions), owned, triangles, gap, thread_count(threads),
+                                             *execution);
+    });
 }
 
 template <typename Find>
 py::array_t<double> without_python(const py::object& seeds, const Find& find) {
     const std::vector<Index> owned = as_indices(seeds, "seeds", "vertex");
-    std::vector<double> found;
-    {
-        const py::gil_scoped_release released;
-        found = find(owned);
-    }
+    const std::vector<double> found = beside(std::make_shared<Execution>(), [&] { return find(owned); });
     return py::array_t<double>(static_cast<py::ssize_t>(found.size()), found.data());
 }
 
@@ -57,12 +56,16 @@ py::array_t<double> falloff_of(const SurfaceWays& ways, const py::object& seeds,
     return without_python(seeds, [&](const std::vector<Index>& owned) { return ways.falloff(owned, limit, free); });
 }
 
+double limb_of(const SurfaceWays& ways, Index vertex, double least, double limit) {
+    return beside(std::make_shared<Execution>(), [&] { return ways.limb(vertex, least, limit); });
+}
+
 /// Triangles that were given, and the tree that looks at them.
 struct Surface {
-    Surface(Positions given, Triangles triangles)
+    Surface(Positions given, Triangles triangles, const Execution& execution)
         : vertices(std::move(given)),
           part_of(static_cast<std::size_t>(vertices.rows()), 0),
-          tree(vertices, std::move(triangles), part_of, Execution()) {}
+          tree(vertices, std::move(triangles), part_of, execution) {}
 
     Positions vertices;
     std::vector<Index> part_of;
@@ -72,8 +75,9 @@ struct Surface {
 std::unique_ptr<Surface> make_surface(const py::object& vertices, const py::object& faces) {
     Positions positions = PositionsArray(vertices, "vertices").view();
     Triangles triangles = as_triangles(faces, "faces");
-    const py::gil_scoped_release released;
-    return std::make_unique<Surface>(std::move(positions), std::move(triangles));
+    const auto execution = std::make_shared<Execution>();
+    return beside(execution,
+                  [&] { return std::make_unique<Surface>(std::move(positions), std::move(triangles), *execution); });
 }
 
 py::tuple nearest_places(const Surface& surface, const py::object& points, const std::optional<py::object>& normals,
@@ -92,9 +96,9 @@ py::tuple nearest_places(const Surface& surface, const py::object& points, const
     Positions weights = Positions::Zero(count, 3);
     Index* const triangle = found.mutable_data();
     double* const distance = distances.mutable_data();
-    {
-        const py::gil_scoped_release released;
-        parallel_for(count, thread_count(threads), Execution(), [&](Index begin, Index end) {
+    const auto execution = std::make_shared<Execution>();
+    beside(execution, [&] {
+        parallel_for(count, thread_count(threads), *execution, [&](Index begin, Index end) {
             for (Index k = begin; k < end; ++k) {
                 TriangleTree::Query query;
                 query.point = places.row(k);
@@ -109,17 +113,16 @@ py::tuple nearest_places(const Surface& surface, const py::object& points, const
                 distance[k] = (place.point - query.point).norm();
             }
         });
-    }
+        return true;
+    });
     return py::make_tuple(found, to_array(std::move(weights)), distances);
 }
 
 py::array_t<Index> firsts_of_places(const py::object& points, double distance) {
     const PositionsArray given(points, "points");
-    std::vector<Index> found;
-    {
-        const py::gil_scoped_release released;
-        found = first_of_place(given.view(), distance, Execution());
-    }
+    const auto execution = std::make_shared<Execution>();
+    const std::vector<Index> found =
+        beside(execution, [&] { return first_of_place(given.view(), distance, *execution); });
     return py::array_t<Index>(static_cast<py::ssize_t>(found.size()), found.data());
 }
 
@@ -157,8 +160,7 @@ void bind_surface(py::module_& module) {
              "that are completely within it, 0 from the limit on, or from two and a half edges on where that is "
              "more.\n"
              "Raises InvalidInput.")
-        .def("limb", &SurfaceWays::limb, py::arg("vertex"), py::arg("least"), py::arg("limit"),
-             py::call_guard<py::gil_scoped_release>(),
+        .def("limb", &limb_of, py::arg("vertex"), py::arg("least"), py::arg("limit"),
              "How far the limb goes that the vertex is on, up to the body, at least `least` and at most `limit`; 0\n"
              "where it is on none.\n"
              "Raises InvalidInput.")

@@ -17,7 +17,7 @@ namespace {
 
 // Clocks count nanoseconds in 64 bits.
 constexpr double kLongestWaitSeconds = 3e7;
-// How often what waits looks at its cancel flag.
+// How often what waits looks at its cancel flag, and whether Python has a signal to handle, as of Ctrl-C.
 constexpr std::chrono::milliseconds kPollInterval{10};
 
 /// What runs, for cancel_tasks().
@@ -89,20 +89,37 @@ bool Task::wait(std::optional<double> seconds) const {
         throw ::meanvalue::SolverFailure(
             "the task was begun before this process was forked, and runs on in the other one; start it again here");
     }
-    const py::gil_scoped_release released;
-    std::unique_lock<std::mutex> lock(state->mutex);
-    const auto is_done = [&] { return state->is_done.load(); };
-    if (!seconds || !(*seconds < kLongestWaitSeconds)) {
-        state->changed.wait(lock, is_done);
-        return true;
+    using Clock = std::chrono::steady_clock;
+    const std::chrono::duration<double> longest(seconds && *seconds < kLongestWaitSeconds ? std::max(0.0, *seconds)
+                                                                                          : kLongestWaitSeconds);
+    const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(longest);
+    while (!end_by(std::min(until, Clock::now() + kPollInterval))) {
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        if (Clock::now() >= until) return false;
     }
-    return state->changed.wait_for(lock, std::chrono::duration<double>(*seconds), is_done);
+    return true;
+}
+
+bool Task::end_by(std::chrono::steady_clock::time_point time) const {
+    const py::gil_scoped_release released;
+    std::unique_lock<std::mutex> lock(state_->mutex);
+    return state_->changed.wait_until(lock, time, [&] { return state_->is_done.load(); });
+}
+
+void Task::end() const {
+    while (!end_by(std::chrono::steady_clock::now() + kPollInterval)) {
+    }
 }
 
 py::object Task::result() const {
     const std::chrono::duration<double> interval = kPollInterval;
-    while (!wait(interval.count()))
-        state_->execution->check();
+    try {
+        while (!wait(interval.count()))
+            state_->execution->check();
+    } catch (const py::error_already_set&) {
+        state_->execution->cancel();
+        throw;
+    }
     if (state_->failure) std::rethrow_exception(state_->failure);
     return state_->deliver();
 }

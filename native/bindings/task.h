@@ -8,6 +8,7 @@
 #include <pybind11/pybind11.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <functional>
@@ -38,18 +39,24 @@ class Task {
     bool finished() const;
 
     /// Waits at most so many seconds, without end if there are none, or more than a year. @return finished().
-    /// @throws SolverFailure in a forked child, where it was still running before.
+    /// @throws SolverFailure in a forked child, where it was still running before; what a handler of Python's raises
+    /// for a signal, as for Ctrl-C.
     bool wait(std::optional<double> seconds) const;
 
     /// Waits for the end. Where the execution is cancelled it waits no longer: what runs then ends by itself, which
-    /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled.
+    /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled; as wait(), which cancels
+    /// it.
     py::object result() const;
+
+    /// Waits for the end, whatever signals there are.
+    void end() const;
 
     py::object early() const { return early_ ? early_() : py::none(); }
 
   private:
     /// Another in a forked child.
     static const void* this_process();
+    bool end_by(std::chrono::steady_clock::time_point time) const;
 
     struct State {
         std::shared_ptr<Execution> execution;
@@ -76,6 +83,24 @@ void wait_for_cancelled_tasks(const Execution& execution);
 template <typename... Arguments>
 auto waiting_for(Task (*start)(Arguments...)) {
     return [start](Arguments... arguments) { return start(std::forward<Arguments>(arguments)...).result(); };
+}
+
+/// What `work` returns, which runs beside the interpreter: cancelled, and waited for, where a signal is to be
+/// handled. It may look at what the caller has, but at nothing of Python's.
+template <typename Work>
+auto beside(const std::shared_ptr<Execution>& execution, const Work& work) {
+    std::optional<decltype(work())> result;
+    const Task task(execution, [&]() -> Task::Deliver {
+        result.emplace(work());
+        return [] { return py::none(); };
+    });
+    try {
+        task.result();
+    } catch (...) {
+        task.end();
+        throw;
+    }
+    return std::move(*result);
 }
 
 /// Binds `start` twice: as `name`, which waits for its result, and as start_NAME, which returns the Task.
