@@ -8,7 +8,7 @@ install(EXPORT meanvalue_targets NAMESPACE meanvalue:: FILE meanvalueTargets.cma
 foreach(header
     meanvalue.h
     common/errors.h common/execution.h deform/deformer.h morph/morpher.h sequence/sequence.h sliders/slider_fit.h
-    common/instruction_set.h common/shared_arrays.h common/types.h deform/binding.h mesh/component.h)
+    common/instruction_set.h common/physical_memory.h common/shared_arrays.h common/types.h deform/binding.h mesh/component.h)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${CMAKE_CURRENT_SOURCE_DIR}/meanvalue/${header}
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meanvalue/${folder})

@@ -3,6 +3,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/physical_memory.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/sequence/sequence.h"

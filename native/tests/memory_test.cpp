@@ -2,6 +2,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <limits>
 #include <new>
 #include <thread>
 
@@ -57,6 +60,37 @@ TEST(Memory, WhatABindTakesIsToldWhereItIsMoreThanThereIs) {
     const std::string refusal = message_of<TooLittleMemory>([] { require_memory(4000000, 8000000000); });
     EXPECT_TRUE(contains(refusal, "4000000 free vertices takes about 10.8 GB")) << refusal;
     EXPECT_TRUE(contains(refusal, "has 8 GB")) << refusal;
+}
+
+TEST(Memory, IsLimitedByGroupsOfProcesses) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "meanvalue_groups";
+    const auto write = [&](const std::string& file, const std::string& text) {
+        std::filesystem::create_directories((folder / file).parent_path());
+        std::ofstream(folder / file) << text;
+        return (folder / file).string();
+    };
+    constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+    const std::string fresh = write("new", "0::/a/b\n");
+    EXPECT_EQ(group_memory(fresh, folder.string()), kNoLimit);
+    write("a/b/memory.max", "max\n");
+    write("a/memory.max", "5000\n");
+    EXPECT_EQ(group_memory(fresh, folder.string()), 5000u);
+    write("memory.max", "4000\n");
+    EXPECT_EQ(group_memory(fresh, folder.string()), 4000u);
+    write("memory/memory.limit_in_bytes", "3000\n");
+    const std::string old = write("old", "3:cpu,cpuacct:/c\n2:memory:/elsewhere/c\n0::/\n");
+    EXPECT_EQ(group_memory(old, folder.string()), 3000u);
+    EXPECT_EQ(group_memory("/nowhere", folder.string()), kNoLimit);
+    std::filesystem::remove_all(folder);
+}
+
+TEST(Memory, IsWhatTheBindingSays) {
+    const Mesh tube = capped_tube(8, 12, 4.0);
+    Binding binding(tube.vertices, tube.faces, {0});
+    binding.memory = 1000;
+    EXPECT_THROW(Deformer{binding}, TooLittleMemory);
+    binding.memory = 1000000000;
+    EXPECT_NO_THROW(Deformer{binding});
 }
 
 TEST(Memory, OfThisComputerIsKnown) {

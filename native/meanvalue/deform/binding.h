@@ -47,7 +47,8 @@ struct Binding {
     std::vector<Index> anchors;
     std::optional<std::vector<char>> roi;  ///< n flags, true may move; none: every vertex may
     Method method = Method::kFast;
-    int threads = 0;  ///< 0: every core
+    int threads = 0;           ///< 0: every core
+    std::uint64_t memory = 0;  ///< bytes that a bind may take; 0: as much as there is (physical_memory())
     /// k numbers, or empty: anchors of one handle move rigidly together, so that far rotations can be followed along
     /// their way. Without, anchors joined by edges make a handle. Used by Method::kFast.
     std::vector<Index> handles = {};

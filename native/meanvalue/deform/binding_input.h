@@ -13,7 +13,7 @@ namespace meanvalue {
 /// What the method has for it where none is given. @throws InvalidInput.
 double rigidity_of(const Binding& binding);
 
-/// @param there the computer's memory in bytes. @throws TooLittleMemory where a bind of method fast with so many free
+/// @param there bytes that there are. @throws TooLittleMemory where a bind of method fast with so many free
 /// vertices takes more at its peak.
 void require_memory(Index free_count, std::uint64_t there);
 

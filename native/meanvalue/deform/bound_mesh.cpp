@@ -121,7 +121,8 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
         if (components.fixed[components.part_of[v]].empty()) is_fixed_[v] = 1;
     }
     if (method_ == Method::kFast)
-        require_memory(static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0)), physical_memory());
+        require_memory(static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0)),
+                       binding.memory > 0 ? binding.memory : physical_memory());
     const auto shape = shape_for(components, earlier, execution);
     region_vertices_ = shape->region.vertices;
     std::vector<Index> row_of(is_fixed_.size(), -1);
