@@ -66,19 +66,20 @@ std::shared_ptr<SliderFit> make_fit(const py::object& rest, const py::object& sh
     binding.upper = own_bounds(upper, owned.size(), "upper");
     binding.can_move = can_move;
     binding.threads = threads;
-    const py::gil_scoped_release released;
-    return std::make_shared<SliderFit>(binding);
+    return beside(std::make_shared<Execution>(), [&] { return std::make_shared<SliderFit>(binding); });
 }
 
 Task start_solve(const std::shared_ptr<SliderFit>& fit, const py::object& targets,
-                 const std::optional<py::object>& weights, const std::optional<py::object>& start, bool steady) {
+                 const std::optional<py::object>& weights, const std::optional<py::object>& start, bool steady,
+                 const SharedExecution& execution) {
     SliderOptions options;
     options.steady = steady;
     if (weights) options.weights = as_numbers(*weights, "weights");
     if (start) options.start = as_numbers(*start, "start");
     const Positions owned = PositionsArray(targets, "targets").view();
-    return {std::make_shared<Execution>(), [fit, options, owned]() -> Task::Deliver {
-                const std::vector<SliderSolution> frames{fit->solve(owned, options)};
+    const SharedExecution held = execution_or_new(execution);
+    return {held, [fit, options, owned, held]() -> Task::Deliver {
+                const std::vector<SliderSolution> frames{fit->solve(owned, options, *held)};
                 return [frames] { return py::cast(arrays_of(frames, false)); };
             }};
 }
@@ -143,9 +144,9 @@ void bind_sliders(py::module_& module) {
         "move). weights: (k,) from 0 on, one over the variance of a target, up to a factor; None: all 1.\n"
         "start: (s,) values to begin with; None: rest. steady: every target is followed, and values change\n"
         "no faster than targets, as dragging a handle needs; they are less sparse.\n"
-        "Returns SliderValues. Raises InvalidInput.",
+        "Returns SliderValues. Raises InvalidInput, Cancelled.",
         py::arg("targets"), py::arg("weights") = py::none(), py::kw_only(), py::arg("start") = py::none(),
-        py::arg("steady") = false);
+        py::arg("steady") = false, py::arg("execution") = py::none());
     def_with_start(fit, "solve_sequence", &start_solve_sequence,
                    "Values for the frames of one motion, smooth in time as far as they change in it.\n\n"
                    "targets: (f, k, 3), NaN where one is missing. Frames with too few take theirs from those beside\n"

@@ -45,6 +45,13 @@ TEST(RotationVectors, ComeBackOnTheirBranch) {
     EXPECT_NEAR(rotation_vector(Quaternion::Identity(), 6.0 * axis).norm(), 2.0 * std::acos(-1.0), 1e-12);
 }
 
+TEST(CellPatches, VerticesWithoutFacesAreNone) {
+    Mesh mesh = grid(40, 40, 0.0);
+    const CellPatches alone(rings_of(mesh), Execution());
+    mesh.vertices.conservativeResize(20000, 3);
+    EXPECT_EQ(CellPatches(rings_of(mesh), Execution()).sizes, alone.sizes);
+}
+
 TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
     Mesh mesh = with_noise(torus(40, 20), 0.1, 1);
     mesh.vertices.conservativeResize(803, 3);  // the last three have no ring

@@ -79,8 +79,8 @@ void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& wo
     for (Index v = 0; v < carried.rows(); ++v) {
         if (unknowns_.number[v] < 0) carried.row(v) = positions.row(v);
     }
-    if (system_->energy(carried, threads_, execution, workspace.system) <
-        system_->energy(positions, threads_, execution, workspace.system)) {
+    if (system_->energy(carried, options.threads, execution, workspace.system) <
+        system_->energy(positions, options.threads, execution, workspace.system)) {
         positions = std::move(carried);
     }
 }

@@ -7,13 +7,14 @@ namespace meanvalue {
 RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
     execution.check();
     heads_.reserve(rings.vertex_count());
-    blocks_.reserve(rings.vertex_count());
+    places_.reserve(static_cast<std::size_t>(rings.vertex_count()) * kLongestRing);
+    Index block = 0;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
-        const Index first = static_cast<Index>(blocks_.size());
         const Index valence = rings.valence(v);
-        heads_.push_back({first, valence, rings.kinds[v], rings.closed[v] != 0});
-        blocks_.resize(first + std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing));
-        std::copy(rings.begin(v), rings.end(v), blocks_[first].data());
+        heads_.push_back({block, valence, rings.kinds[v], rings.closed[v] != 0});
+        block += std::max<Index>(1, (valence + kLongestRing - 1) / kLongestRing);
+        places_.resize(static_cast<std::size_t>(block) * kLongestRing);
+        std::copy(rings.begin(v), rings.end(v), ring_of(v));
     }
 }
 

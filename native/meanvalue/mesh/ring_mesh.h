@@ -1,7 +1,7 @@
 // The connectivity of a mesh that is being coarsened: nothing but rings, changed in place.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -32,12 +32,12 @@ class RingMesh {
     Index vertex_count() const { return static_cast<Index>(heads_.size()); }
     RingView ring(Index vertex) const {
         const Head& head = heads_[vertex];
-        return {blocks_[head.first].data(), head.valence, head.closed};
+        return {places_.data() + offset_of(vertex), head.valence, head.closed};
     }
     /// Has the processor fetch where the ring is known from, and later the ring itself: for loops over vertices that
     /// are far apart in memory.
     void fetch_head(Index vertex) const { __builtin_prefetch(&heads_[vertex]); }
-    void fetch_ring(Index vertex) const { __builtin_prefetch(&blocks_[heads_[vertex].first]); }
+    void fetch_ring(Index vertex) const { __builtin_prefetch(places_.data() + offset_of(vertex)); }
     /// Whether all triangles at the vertex are one fan, so that collapses may touch it.
     bool is_manifold(Index vertex) const {
         return heads_[vertex].kind == RingKind::kClosed || heads_[vertex].kind == RingKind::kOpen;
@@ -62,20 +62,22 @@ class RingMesh {
     static constexpr Index kLongestRemovable = kLongestRing + 2;
 
   private:
-    using Block = std::array<Index, kLongestRing>;
     struct Head {
-        Index first;  // in blocks_; longer rings take several, one after another
+        Index block;  // of kLongestRing places; longer rings take several, one after another
         Index valence;
         RingKind kind;
         bool closed;
     };
 
-    Index* ring_of(Index vertex) { return blocks_[heads_[vertex].first].data(); }
+    std::size_t offset_of(Index vertex) const {
+        return static_cast<std::size_t>(heads_[vertex].block) * kLongestRing;
+    }
+    Index* ring_of(Index vertex) { return places_.data() + offset_of(vertex); }
     Index valence_after(const RingView& from, Index to) const;
     void replace(Index vertex, Index old_neighbour, Index new_neighbour);
     void erase(Index vertex, Index neighbour);
 
-    std::vector<Block> blocks_;
+    std::vector<Index> places_;
     std::vector<Head> heads_;
 };
 

@@ -11,6 +11,11 @@ namespace {
 constexpr Index kPatches = 600;
 constexpr double kLeastShare = 1e-2;
 
+Index count_with_ring(const OneRings& rings) {
+    return static_cast<Index>(std::count_if(rings.kinds.begin(), rings.kinds.end(),
+                                            [](RingKind kind) { return kind != RingKind::kLoose; }));
+}
+
 }  // namespace
 
 CellPatches::CellPatches(const OneRings& rings, const Execution& execution) {
@@ -21,7 +26,7 @@ CellPatches::CellPatches(const OneRings& rings, const Execution& execution) {
 /// Grows patches of equal numbers of vertices; what is left over between them joins a neighbour.
 void CellPatches::grow(const OneRings& rings, const Execution& execution) {
     const Index vertices = rings.vertex_count();
-    const Index most = std::max<Index>(1, (vertices + kPatches - 1) / kPatches);
+    const Index most = std::max<Index>(1, (count_with_ring(rings) + kPatches - 1) / kPatches);
     of.assign(vertices, -1);
     std::vector<Index> seeds;
     std::vector<char> is_seed(vertices, 0);
@@ -67,7 +72,7 @@ void CellPatches::spread(const OneRings& rings, const Execution& execution) {
     for (Index v = 0; v < vertices; ++v) {
         if (of[v] >= 0) known[v] = {{of[v], 1.0}};
     }
-    const double across = std::sqrt(static_cast<double>(vertices) / std::max<Index>(1, count()));
+    const double across = std::sqrt(static_cast<double>(count_with_ring(rings)) / std::max<Index>(1, count()));
     // Averaged with neighbors once for each cell across a patch, shares go over into those of the next.
     const int rounds = across < 1.5 ? 0 : static_cast<int>(std::lround(across));
     std::vector<double> sums(count(), 0.0);

@@ -196,10 +196,11 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
 }
 
 void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* pull, int rounds,
-                     FrameEstimate& estimate) {
+                     const Execution& execution, FrameEstimate& estimate) {
     const Eigen::VectorXd rest = model.rest_values();
     const Eigen::VectorXd range = ranges(model);
     for (int round = 0; round < rounds; ++round) {
+        execution.check();
         NormalEquations system = assemble(model, frame, estimate);
         const Eigen::VectorXd precision = estimate.noise * estimate.prior.cwiseInverse();
         system.hessian.diagonal() += precision;
@@ -221,9 +222,11 @@ void refine_estimate(const SliderModel& model, const FrameTargets& frame, const 
     }
 }
 
-void follow_targets(const SliderModel& model, const FrameTargets& frame, FrameEstimate& estimate) {
+void follow_targets(const SliderModel& model, const FrameTargets& frame, const Execution& execution,
+                    FrameEstimate& estimate) {
     const Eigen::VectorXd squares = ranges(model).array().square();
     for (int round = 0; round < kSteadyRounds; ++round) {
+        execution.check();
         NormalEquations system = assemble(model, frame, estimate);
         const double largest = system.hessian.diagonal().cwiseProduct(squares).maxCoeff();
         const Eigen::VectorXd precision =

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -64,12 +65,13 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
 /// Sparse Bayesian regression (Tipping 2001) within bounds: each value has a prior variance of its own, which is
 /// estimated along with the noise, so that few values differ from rest. The rigid motion is eliminated from the
 /// normal equations (variable projection); outliers lose their weight by Tukey's biweight.
-/// @param pull may be null. @param rounds at most; it ends when values settle.
+/// @param pull may be null. @param rounds at most; it ends when values settle. @throws Cancelled.
 void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* pull, int rounds,
-                     FrameEstimate& estimate);
+                     const Execution& execution, FrameEstimate& estimate);
 
 /// Ridge regression within bounds: every target is followed, all values have one weak prior. So values change no
-/// faster than targets do, where refine_estimate() may change from one shape to another.
-void follow_targets(const SliderModel& model, const FrameTargets& frame, FrameEstimate& estimate);
+/// faster than targets do, where refine_estimate() may change from one shape to another. @throws Cancelled.
+void follow_targets(const SliderModel& model, const FrameTargets& frame, const Execution& execution,
+                    FrameEstimate& estimate);
 
 }  // namespace meanvalue

@@ -192,7 +192,8 @@ SliderFit::SliderFit(const SliderBinding& binding) {
 
 SliderFit::~SliderFit() = default;
 
-SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOptions& options) const {
+SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOptions& options,
+                                const Execution& execution) const {
     const auto anchors = static_cast<std::size_t>(anchor_count());
     if (!options.weights.empty() && options.weights.size() != anchors) {
         throw InvalidInput(
@@ -208,9 +209,9 @@ SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOption
     }
     FrameEstimate estimate = begin_estimate(bound_->model, frame, start);
     if (options.steady) {
-        follow_targets(bound_->model, frame, estimate);
+        follow_targets(bound_->model, frame, execution, estimate);
     } else {
-        refine_estimate(bound_->model, frame, nullptr, kRounds, estimate);
+        refine_estimate(bound_->model, frame, nullptr, kRounds, execution, estimate);
     }
     return bound_->solution_of(frame, estimate);
 }

@@ -55,8 +55,10 @@ class SliderFit {
     ~SliderFit();
 
     /// @param targets k x 3, NaN where a target is missing.
-    /// @throws InvalidInput, among others where fewer than three targets are there (one, if the whole can't move).
-    SliderSolution solve(const PositionsView& targets, const SliderOptions& options = {}) const;
+    /// @throws InvalidInput, among others where fewer than three targets are there (one, if the whole can't move);
+    /// Cancelled.
+    SliderSolution solve(const PositionsView& targets, const SliderOptions& options = {},
+                         const Execution& execution = Execution()) const;
 
     /// Frames of one motion: values are smooth in time, as far as they change in it. Frames with fewer targets than
     /// solve() needs take theirs from the frames beside them.

@@ -112,7 +112,8 @@ std::vector<FrameEstimate> estimate_sequence(const SliderModel& model, const std
         for (std::size_t i = begin; i < end; ++i) {
             FrameEstimate& estimate = estimates[seen[i]];
             estimate = begin_estimate(model, frames[seen[i]], start);
-            refine_estimate(model, frames[seen[i]], nullptr, i == begin ? kFirstRounds : kNextRounds, estimate);
+            refine_estimate(model, frames[seen[i]], nullptr, i == begin ? kFirstRounds : kNextRounds, execution,
+                            estimate);
             start = estimate.values;
         }
     });
@@ -129,7 +130,7 @@ std::vector<FrameEstimate> estimate_sequence(const SliderModel& model, const std
             const std::size_t end = std::min(turn.size(), (run + 1) * kRun);
             for (std::size_t i = run * kRun; i < end; ++i) {
                 const NeighbourPull pull = pull_of(estimates, steps, turn[i]);
-                refine_estimate(model, frames[turn[i]], &pull, kSweepRounds, estimates[turn[i]]);
+                refine_estimate(model, frames[turn[i]], &pull, kSweepRounds, execution, estimates[turn[i]]);
             }
         });
         fill_gaps(seen, estimates);

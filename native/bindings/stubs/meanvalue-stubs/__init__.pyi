@@ -293,6 +293,7 @@ class SliderFit:
         *,
         start: ArrayLike | None = None,
         steady: bool = False,
+        execution: Execution | None = None,
     ) -> SliderValues: ...
     def solve_sequence(
         self,
@@ -308,6 +309,7 @@ class SliderFit:
         *,
         start: ArrayLike | None = None,
         steady: bool = False,
+        execution: Execution | None = None,
     ) -> Task: ...
     def start_solve_sequence(
         self,
