@@ -9,7 +9,6 @@ SIDEBAR_TAB = "Mean-Value"
 
 #: Shape keys that the add-on makes.
 BASIS_KEY = "Basis"
-KEPT_KEY = "Kept Pose"
 RIG_POSE_KEY = "Rig Pose"
 CORRECTIVE_KEY = "Corrective"
 DEFAULT_RESULT_KEY = "Mean-Value"

@@ -22,7 +22,7 @@ def keys(obj):
     def is_example(key):
         if like == ids.LIKE_RIG:
             return key.name in poses
-        is_kept = key.slider_min == key_marks.mark(Role.KEPT, key.name) or key.name.startswith(ids.KEPT_KEY)
+        is_kept = key.slider_min == key_marks.mark(Role.KEPT, key.name)
         return made.isdisjoint((key.name, key.relative_key.name)) and not (is_kept or key.mute)
 
     return tuple(
