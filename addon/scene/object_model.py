@@ -110,10 +110,6 @@ class ObjectModel:
         self.written, self.overwritten = shape, None
         self._rest = next((rest for name, rest in self._shapes() if not name), None)
 
-    def was_told_within(self, seconds):
-        """Whether Blender has told of an edit in the last `seconds`."""
-        return clock() - self.told_at < seconds
-
     # What was read of it
 
     def is_read(self, obj):
@@ -129,8 +125,11 @@ class ObjectModel:
         """Whether there is a result() of what was read last."""
         return self._error is not None or self._result is not None
 
-    def look(self, obj):
-        """For what only shows it: the reading, compared with what shape keys hold; None if it cannot be read."""
+    def look(self, obj, quiet_seconds=0.0):
+        """For what only shows it: the reading, compared with what shape keys hold; None if it cannot be read, or if
+        Blender told of an edit in the last seconds and what was read before will do."""
+        if self.is_usable(obj) and clock() - self.told_at < quiet_seconds:
+            return None
         self.read(obj)
         while self.is_unchecked:
             self.compare_on(obj)

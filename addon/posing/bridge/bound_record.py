@@ -23,8 +23,8 @@ def problem(obj, quiet_seconds=0.0):
     """
     model = scene_input.model(obj)
     model.is_watched = True
-    if obj.mode == 'OBJECT' and not (model.is_usable(obj) and model.was_told_within(quiet_seconds)):
-        model.look(obj)
+    if obj.mode == 'OBJECT':
+        model.look(obj, quiet_seconds)
     try:
         if model.is_known:
             require_fits(obj.meanvalue.bound, model.result(obj).fingerprint)

@@ -67,12 +67,11 @@ def look(obj):
     model = scene_input.model(obj)
     model.is_watched = True
     known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
-    stamp, is_same_mesh = model.stamp(obj), known is not NOTHING and len(known.positions) == len(positions)
-    is_same_list = is_same_mesh and known.stamp.signature == stamp.signature
-    if not (is_same_list and model.was_told_within(object_model.QUIET_SECONDS)):
-        reading = model.look(obj)
-        if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
-            known = _read(obj, model.stamp(obj), reading, positions)
+    is_same_mesh = known is not NOTHING and len(known.positions) == len(positions)
+    is_same_list = is_same_mesh and known.stamp.signature == model.stamp(obj).signature
+    reading = model.look(obj, object_model.QUIET_SECONDS if is_same_list else 0.0)
+    if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
+        known = _read(obj, model.stamp(obj), reading, positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.palette != palette or not np.array_equal(known.positions, positions):
         known = replace(known, positions=positions, palette=palette)
