@@ -8,8 +8,8 @@ import numpy as np
 
 from .. import wording
 from ..errors import SceneError
-from . import rig_space, twins
-from .core import fixed_points, mirror_planes
+from . import rig_space
+from .core import fixed_points, mirror_planes, twins
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5

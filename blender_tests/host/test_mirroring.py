@@ -9,7 +9,7 @@ from support.mirrored_bodies import body, part
 from addon.errors import SceneError
 from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, soft_border
-from addon.scene import twins
+from addon.scene.core import twins
 from native.benchmarks.rigid import rotation_about
 from native.benchmarks.shape_metrics import volume
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from support.mirrored_bodies import body, part
 
-from addon.scene import twins
-from addon.scene.core import mirror_planes
+from addon.scene.core import mirror_planes, twins
 from blender_tests.host.test_mirroring import bind_input, faces, half, rows, solved, symmetric, three_handles, unit
 
 

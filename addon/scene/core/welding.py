@@ -6,9 +6,9 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
+from ...solver import native_loader
 from ...solver.core.fingerprint import remembered
 from . import connected, fixed_points, mirror_planes
-from .nearness import LEAST_CELL, near_pairs
 
 #: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
 ROUNDING = 4.0 * 2.0**-23
@@ -20,14 +20,6 @@ MOST_COLLAPSED = 0.02
 NEAR, NEAR_EDGES = 1e-3, 0.1
 #: Of that: so near they are by mistake even where they are few; other ones may be tips of hair, or hems.
 SURE = 0.1
-
-#: Of more points than these in one cell only the outermost are compared with those of others.
-CROWD = 8
-
-#: A direction that neither edges nor planes of modeled meshes are at right angles to: along it they do not pile up.
-ALONG = np.array([0.5377, 0.3141, 0.7824])
-
-HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
 
 @remembered
@@ -88,53 +80,8 @@ def together(first, shapes, merge_distance):
 
 
 def first_of_place(points, distance):
-    """n int: for each of n x 3 points the lowest index of those that steps of at most `distance` lead to.
-
-    Points are joined with all that share a cell whose diagonal is the distance, and then with what is near beyond it.
-    Of a crowded cell those that are outermost along an axis stand for all, so that the cost is that of sorting.
-    """
-    points = np.asarray(points, np.float64)
-    result = _first_alike(points)
-    alone = np.flatnonzero(result == np.arange(len(points)))
-    result[alone] = alone[_joined(points[alone], distance)]
-    return result[result]
-
-
-def _first_alike(rows):
-    """n int: the lowest index of the n x 3 rows that are equal to each, but for a few that a hash mixes up."""
-    order = np.argsort((rows + 0.0).view(np.uint64) @ HASH, kind="stable")
-    is_new = np.append(True, (np.diff(rows[order], axis=0) != 0.0).any(axis=1))[: len(rows)]
-    first = np.empty(len(rows), np.int64)
-    first[order] = order[is_new][np.cumsum(is_new) - 1]
-    return first
-
-
-def _joined(points, distance):
-    extent = np.ptp(points, axis=0).max(initial=0.0) if len(points) else 0.0
-    side = max(0.577 * distance, LEAST_CELL * extent, 1e-300)
-    roots = _first_alike(np.floor((points - points.min(axis=0, initial=0.0)) / side))
-    stands = np.bincount(roots)[roots] <= CROWD
-    crowded = np.flatnonzero(~stands)
-    for axis in range(3):
-        along = crowded[np.lexsort((points[crowded, axis], roots[crowded]))]
-        is_end = np.diff(roots[along]) != 0
-        for ends in (np.append(True, is_end), np.append(is_end, True)):
-            stands[along[ends[: len(along)]]] = True
-    stands = np.flatnonzero(stands)
-    stands = stands[_may_be_near(points[stands], distance)]
-    for one, other, _apart in near_pairs(points[stands], points[stands], distance):
-        connected.joined(roots, np.stack([stands[one], stands[other]], axis=1))
-    return roots
-
-
-def _may_be_near(points, distance):
-    """Ascending numbers of the points that have another one no farther away in one direction, for speed."""
-    along = points @ ALONG
-    order = np.argsort(along, kind="stable")
-    is_near = np.diff(along[order]) <= distance + 1e-14 * np.abs(along).max(initial=0.0)  # rounding
-    found = np.zeros(len(points), bool)
-    found[order[1:][is_near]] = found[order[:-1][is_near]] = True
-    return np.flatnonzero(found)
+    """n int: for each of n x 3 points the lowest index of those that steps of at most `distance` lead to."""
+    return native_loader.module().first_of_place(points, distance).astype(np.int64)
 
 
 def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):

@@ -3,9 +3,9 @@
 
 import numpy as np
 
-from ..solver import native_loader
-from ..solver.core.fingerprint import remembered
-from .core import fixed_points, mirror_planes
+from ...solver import native_loader
+from ...solver.core.fingerprint import remembered
+from . import fixed_points, mirror_planes
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
 #: meshes are symmetric to rounding, so the first pairs most vertices, and few are left for the wider search.
