@@ -165,6 +165,18 @@ def test_hanging_arms_are_brought_to_those_of_the_mesh(down):
     assert length[0] == pytest.approx(length[1], rel=1e-9)
 
 
+def test_who_sits_has_the_size_of_the_mesh_and_legs_that_are_brought_to_its():
+    captured, joints, lift = REFERENCE.copy(), walking_figure.t_pose().joints, walking_figure.turn_x(np.array(-1.57))
+    for label, (bone, _) in walking_figure.SIDE_MARKERS.items():
+        for side in "LR" if bone in ("thigh", "shank", "foot") else "":
+            hip, knee, place = joints[f"hip.{side}"][0], joints[f"knee.{side}"][0], captured[LABELS.index(side + label)]
+            place[:] += lift @ (place - hip) - (place - hip) if bone == "thigh" else lift @ (knee - hip) - (knee - hip)
+    found = align_to_mesh(captured, NAMES, BODY)
+    assert found.scale == pytest.approx(1.0, abs=0.1)
+    posed = posed_and_actor(moved(captured, found.matrix), NAMES, BODY)[0]
+    assert np.linalg.norm(posed - REFERENCE, axis=1).max() < 0.25, "0.35 with knees that stay bent"
+
+
 @pytest.mark.slow
 def test_limbs_that_are_right_or_unknown_are_left_alone():
     posed = posed_and_actor(REFERENCE, NAMES, BODY)[0]

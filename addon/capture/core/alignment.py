@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Markers laid onto a mesh: by picked pairs, or by themselves in a standing pose."""
 
+import itertools
 from dataclasses import dataclass
 from operator import itemgetter
 
@@ -21,6 +22,9 @@ MARKER_RADIUS = 0.007
 ARMS = 0.3
 #: Points of the body that the search looks at first, from every start, and its rounds on them; then on all.
 FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
+#: Difference of heights of two landmarks on one part that tells its length. Who is less tall than BENT times what the
+#: lengths of the parts make of him sits or crouches: these count then, and the trunk is laid on the mesh's.
+PART, BENT = 0.15, 0.8
 #: Turns about the upright axis to start from, where landmarks do not tell the way.
 TURNS = 16
 #: What the scale may differ by from that of the heights of known landmarks, and where none is known.
@@ -123,7 +127,8 @@ class _Fit:
         self._heights = heights
         self._weights = np.where([bool(name) and name.split(".")[0] in places.ARM for name in names], ARMS, 1.0)
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
-        self._scale, self._base, allowed = _scale_by_heights(markers, heights, body.height)
+        by_parts = _tall_by_parts(markers, names, heights)
+        self._scale, self._base, allowed = _scale_by_heights(markers, heights, by_parts, body.height)
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         looks, feet = facing.forward(markers, names), _feet_point(body)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
@@ -176,7 +181,17 @@ class _Fit:
         return residual, _upright_similarity(self._markers, target, weights, self._scales, towards)
 
 
-def _scale_by_heights(markers, heights, height):
+def _tall_by_parts(markers, names, heights):
+    """How tall the body is by the lengths of its parts, whatever its pose; 0 where none is known."""
+    lengths = []
+    for one, other in itertools.chain(*(itertools.combinations(each, 2) for each in places.segments(names).values())):
+        apart = abs(heights[one] - heights[other])
+        if apart > PART and {places.side_of(names[one]), places.side_of(names[other])} != {"L", "R"}:
+            lengths.append(np.linalg.norm(markers[one] - markers[other]) / apart)
+    return float(np.median(lengths)) if lengths else 0.0
+
+
+def _scale_by_heights(markers, heights, by_parts, height):
     """(scale, height of the ground in the capture, what the scale may differ by). heights: NaN where none is known."""
     told = ~np.isnan(heights)
     if told.sum() >= 4 and np.ptp(heights[told]) > 0.3:
@@ -187,6 +202,9 @@ def _scale_by_heights(markers, heights, height):
             tall, base = np.linalg.lstsq(root * design, root[:, 0] * markers[told, 2], rcond=None)[0]
             off = np.abs(design @ [tall, base] - markers[told, 2])
             weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
+        if tall < BENT * by_parts:
+            tall, trunk = by_parts, heights > 0.5
+            base = np.median(markers[trunk, 2] - tall * heights[trunk])
         if tall > 0.0:
             return height / tall, base, SCALE_KNOWN
     tall = np.ptp(markers[:, 2])

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations, turns_between
+from ...scene.core.rigid import fit_rotations, turns_between, unit
 
 #: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
 #: rounds of refinement.
@@ -16,8 +16,8 @@ ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
 CLEARLY = 0.9
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
 FACING = 0.05
-#: How much nearer to its skin a foot must lie to be tilted.
-TILTED = 0.6
+#: How much nearer to its skin a foot must lie to be tilted; the cosine of the bend of a knee that sits.
+TILTED, BENT = 0.6, 0.5
 
 
 class Limb:
@@ -37,6 +37,12 @@ class Limb:
     def residual(self, markers):
         """Rms distance of the limb's markers from its skin; more where that looks another way."""
         return float(np.sqrt(self._nearest(markers[self.numbers], self.numbers)[1].mean()))
+
+    def is_bent(self):
+        """Whether its middle is bent as nobody's is who stands."""
+        middle = self._markers[self._middle].mean(axis=0)
+        beyond = self._markers[self._fore].mean(axis=0) - middle if self._fore else middle - self._joint
+        return bool(unit(beyond) @ unit(middle - self._joint) < BENT)
 
     def posed(self, tip, is_stretched):
         """(m, 3): the reference with the limb on its skin. tip (3,): the end of that."""
