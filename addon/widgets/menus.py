@@ -7,22 +7,17 @@ import bpy
 of_rooms = []
 
 
-class OperatorMenu:
-    """Mix-in: subclasses have `operators`, classes or their names; None draws a line."""
-
-    operators = ()
-
-    def draw(self, _context):
-        draw_operators(self.layout, self.operators)
-
-
 def of_room(name, label, about, operators):
     """The class of a room's menu. about: what the room is for, as the tooltip says it."""
-    members = {"__doc__": about, "bl_idname": name, "bl_label": label, "operators": operators}
-    return type(name, (OperatorMenu, bpy.types.Menu), members)
+
+    def draw(menu, _context):
+        draw_operators(menu.layout, operators)
+
+    return type(name, (bpy.types.Menu,), {"__doc__": about, "bl_idname": name, "bl_label": label, "draw": draw})
 
 
 def draw_operators(layout, operators):
+    """operators: classes or their names; None draws a line."""
     layout.operator_context = 'INVOKE_DEFAULT'
     for operator in operators:
         if operator is None:
