@@ -29,20 +29,16 @@ def object_problem(obj):
     if obj.library is not None:
         return f"'{obj.name}' is linked from another file. Make it local (Object > Relations), or pose it there"
     if obj.override_library is not None or obj.data.override_library is not None:
-        return _override_problem(obj)
+        # Blender saves neither new shape keys nor our settings of what is an override.
+        linked = (obj.override_library or obj.data.override_library).reference.library
+        return (
+            f"'{obj.name}' is a library override, of which handles and shape keys are not saved. Pose it in the file "
+            f"that it comes from{f' ({linked.filepath})' if linked else ''}. Or make it and its data local (Object > "
+            "Relations): changes of that file no longer arrive"
+        )
     if obj.data.library is not None:
         return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations)"
     return None
-
-
-def _override_problem(obj):
-    """Blender saves neither new shape keys nor our settings of what is an override."""
-    linked = (obj.override_library or obj.data.override_library).reference.library
-    return (
-        f"'{obj.name}' is a library override, of which handles and shape keys are not saved. Pose it in the file that "
-        f"it comes from{f' ({linked.filepath})' if linked else ''}. Or make it and its data local (Object > "
-        "Relations): changes of that file no longer arrive"
-    )
 
 
 def mode_problem(obj):
