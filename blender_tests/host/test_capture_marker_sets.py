@@ -34,8 +34,9 @@ def test_prefixes_case_and_separators_do_not_matter():
     for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS"):
         assert marker_sets.recognise([spelled]).landmarks == ("pelvis.front.L",)
     assert marker_sets.recognise(["LASIX"]).landmarks == (None,)
-    found = marker_sets.recognise([f"Skeleton_{label}" for label in walking_figure.LABELS])
-    assert None not in found.landmarks
+    for prefix in ("Skeleton_", "Skeleton 001_", "J_Bip_", "take1"):
+        found = marker_sets.recognise([*(prefix + label for label in walking_figure.LABELS), "Crate:1", "Crate:2"])
+        assert None not in found.landmarks[:-2]
 
 
 MIXAMO = ("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", "HeadTop_End", *(
@@ -45,7 +46,7 @@ MIXAMO = ("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", "HeadTop_End", *(
 ))  # fmt: skip
 
 
-@pytest.mark.parametrize("prefix", ["", "mixamorig:", "mixamorig_"])
+@pytest.mark.parametrize("prefix", ["", "mixamorig:", "mixamorig_", "mixamorig"])
 def test_joints_of_skeletons_are_known(prefix):
     found = marker_sets.recognise([prefix + label for label in MIXAMO])
     assert None not in found.landmarks

@@ -127,8 +127,7 @@ class _Fit:
         self._heights = heights
         self._weights = np.where([bool(name) and name.split(".")[0] in places.ARM for name in names], ARMS, 1.0)
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
-        by_parts = _tall_by_parts(markers, names, heights)
-        self._scale, self._base, allowed = _scale_by_heights(markers, heights, by_parts, body.height)
+        self._scale, self._base, allowed = _scale_by_heights(markers, names, heights, body.height)
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         looks, feet = facing.forward(markers, names), _feet_point(body)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
@@ -191,7 +190,7 @@ def _tall_by_parts(markers, names, heights):
     return float(np.median(lengths)) if lengths else 0.0
 
 
-def _scale_by_heights(markers, heights, by_parts, height):
+def _scale_by_heights(markers, names, heights, height):
     """(scale, height of the ground in the capture, what the scale may differ by). heights: NaN where none is known."""
     told = ~np.isnan(heights)
     if told.sum() >= 4 and np.ptp(heights[told]) > 0.3:
@@ -202,8 +201,9 @@ def _scale_by_heights(markers, heights, by_parts, height):
             tall, base = np.linalg.lstsq(root * design, root[:, 0] * markers[told, 2], rcond=None)[0]
             off = np.abs(design @ [tall, base] - markers[told, 2])
             weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
+        by_parts, trunk = _tall_by_parts(markers, names, heights), heights > 0.5
         if tall < BENT * by_parts:
-            tall, trunk = by_parts, heights > 0.5
+            tall = by_parts
             base = np.median(markers[trunk, 2] - tall * heights[trunk])
         if tall > 0.0:
             return height / tall, base, SCALE_KNOWN

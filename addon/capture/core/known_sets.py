@@ -26,15 +26,16 @@ MARKERS = _by_name({
     "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL Head",
     "neck.back": "C7 CV7 BackTop SpineTop", "clavicle": "CLAV", "sternum": "STRN STERN Sternum Chest ChestTop",
     "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK BAK",
-    "pelvis.back": "S2 Sacrum SACR V.Sacral", "pelvis.front.L": "WaistLFront", "pelvis.front.R": "WaistRFront",
-    "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
+    "pelvis.back": "S2 Sacrum SACR V.Sacral WaistBack", "pelvis.front.L": "WaistLFront",
+    "pelvis.front.R": "WaistRFront", "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
 }, {
     "head.front": "FHD", "head.back": "BHD", "clavicle": "Clavicle SC", "back.shoulder": "ShoulderBack",
-    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut Elbow", "elbow.inner": "MEL MElbow",
-    "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral", "forearm": "FRM FA Forearm", "wrist": "Wrist",
-    "wrist.thumb": "WRA WRI WristIn", "wrist.little": "WRB WristOut", "hand": "FIN HandOut Hand",
-    "pelvis.front": "ASI ASIS", "pelvis.back": "PSI PSIS", "thigh": "THI TH1 Thigh ThighFront", "thigh.2": "TH2",
-    "thigh.3": "TH3", "thigh.4": "TH4", "knee": "KNE LFC Knee KneeOut KneeLat", "knee.inner": "MFC MKnee",
+    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut Elbow",
+    "elbow.inner": "MEL MElbow ElbowIn", "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral",
+    "forearm": "FRM FA Forearm", "wrist": "Wrist", "wrist.thumb": "WRA WRI WristIn", "wrist.little": "WRB WristOut",
+    "hand": "FIN HandOut Hand", "pelvis.front": "ASI ASIS", "pelvis.side": "Waist", "pelvis.back": "PSI PSIS",
+    "thigh": "THI TH1 Thigh ThighFront", "thigh.2": "TH2", "thigh.3": "TH3", "thigh.4": "TH4",
+    "knee": "KNE LFC Knee KneeOut KneeLat", "knee.inner": "MFC MKnee KneeIn",
     "shank": "TIB SHN SH1 Shank ShankFront Shin", "shank.2": "SH2", "shank.3": "SH3", "shank.4": "SH4",
     "ankle": "ANK LMAL Ankle AnkleOut AnkleLat", "ankle.inner": "MMAL MAnkle", "heel": "HEE CAL Heel HeelBack",
     "toe": "TOE TOE1 MT2", "toe.big": "ToeIn ForefootIn", "toe.little": "MT5 ToeOut ForefootOut MidfootLat",
@@ -50,16 +51,16 @@ JOINTS_BY_BONE = _by_name({
 }, {
     "clavicle.joint": "Shoulder Clavicle", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus",
     "upper_arm": "upperarm02", "elbow.joint": "ForeArm LoArm LowerArm lowerarm01 Radius", "forearm": "lowerarm02",
-    "wrist.joint": "Hand Wrist", "hand.joint": "HandMiddle1 Middle1 FingerBase finger3-1", "thigh": "upperleg02",
-    "hip": "UpLeg UpperLeg upperleg01 Thigh Femur", "knee.joint": "Leg LoLeg LowerLeg lowerleg01 Shin Calf Tibia",
-    "shank": "lowerleg02", "ankle.joint": "Foot", "toe.joint": "Toe ToeBase Toes Ball toe1-1",
-    "toe.tip": "Toe_End ToeBase_end",
+    "wrist.joint": "Hand Wrist", "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1",
+    "thigh": "upperleg02", "hip": "UpLeg UpperLeg upperleg01 Thigh Femur",
+    "knee.joint": "Leg LoLeg LowerLeg lowerleg01 Shin Calf Tibia", "shank": "lowerleg02", "ankle.joint": "Foot",
+    "toe.joint": "Toe ToeBase Toes Toe0 Ball toe1-1", "toe.tip": "Toe_End ToeBase_end",
 })  # fmt: skip
 
-# Of Poser and of the older converters: bones are called after the joint that they begin with.
+# Of Poser, of the older converters, of motions of research: bones are called after the joint that they begin with.
 JOINTS_BY_JOINT = _by_name({
-    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack", "spine.2": "Chest", "spine.3": "Chest2", "neck.joint": "Neck",
-    "head.joint": "Head", "head.top": "Head_end",
+    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack Spine1", "spine.2": "Chest Spine2", "spine.3": "Chest2 Spine3",
+    "neck.joint": "Neck", "head.joint": "Head", "head.top": "Head_end",
 }, {
     "clavicle.joint": "Collar", "shoulder.joint": "Shoulder", "elbow.joint": "Elbow", "wrist.joint": "Wrist",
     "hip": "Hip", "knee.joint": "Knee", "ankle.joint": "Ankle", "toe.joint": "Toe Ankle_end", "toe.tip": "Toe_end",

@@ -4,14 +4,15 @@
 A label may begin with a subject: the person or thing that wears the marker.
 """
 
+import os.path
 import re
 from typing import NamedTuple
 
 from .known_sets import BUILT_IN, key_of
 from .landmarks import has_joints
 
-#: How a subject is put before a name: "Subject:LASI", "Subject_LASI".
-SUBJECTS = (r"(.*:)(.*)", r"([^:_ ]+[_ ])(.+)")
+#: How a subject is put before a name: "Subject:LASI", "Subject_LASI", "Skeleton 001_LASI".
+SUBJECTS = (r"(.*:)(.*)", *(rf"((?:[^:_ ]+[_ ]){{{words}}})(.+)" for words in (1, 2, 3)))
 #: Bones that are called after a part of the body begin with its upper joint.
 BONES = {"thigh.L": "hip.L", "thigh.R": "hip.R"}
 
@@ -30,7 +31,8 @@ def recognise(labels, is_skeleton=False):
     is known which the set has first, else the shorter.
     """
     best = Recognition((None,) * len(labels), ())
-    for pattern in SUBJECTS:
+    most = sorted(labels)[len(labels) // 4 : 1 + 3 * len(labels) // 4]  # they begin alike: "mixamorigHips"
+    for pattern in (*SUBJECTS, f"({re.escape(os.path.commonprefix(most))})(.+)"):
         parts = [re.fullmatch(pattern, label, re.DOTALL) or ("", "", label) for label in labels]
         for marker_set in BUILT_IN:
             found = _of_one(marker_set, [part[1] for part in parts], [part[2] for part in parts])
