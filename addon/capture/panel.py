@@ -61,6 +61,8 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
         limbs.prop(capture, "pose_limbs")
         column.prop(capture, "mode")
         column.prop(capture, "use_cuffs")
+        column.prop(capture, "keep_floor")
+        column.prop(capture, "floor_height")
         layout.label(text="Fill Gaps up to")
         gaps = column_of_settings(layout).column(align=True)
         gaps.prop(capture, "spline_seconds", text="Spline")

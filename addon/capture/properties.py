@@ -127,6 +127,8 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         description="Have three points around each thigh and shank go along with its markers. Without, knees bend less",
         default=True,
     )
+    keep_floor: BoolProperty(name="Soles on the Floor", description="Feet stand on it, and toes bend", default=True)
+    floor_height: FloatProperty(name="Floor Height", description="Above the mesh's lowest point", unit='LENGTH')
     alignment: FloatVectorProperty(
         description="From the world of the markers to the mesh's own space, row by row, as last matched",
         size=16,

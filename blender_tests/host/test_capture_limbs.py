@@ -101,10 +101,11 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
     for side, sign in (("L", 1.0), ("R", -1.0)):
         for bone in ("thigh", "shank"):
             turns[f"{bone}.{side}"] = walking_figure.turn_y(np.array([-sign * wide]))
-        turns[f"foot.{side}"] = walking_figure.turn_z(np.array([sign * 0.3]))
+        turns[f"foot.{side}"] = turns[f"toe.{side}"] = walking_figure.turn_z(np.array([sign * 0.3]))
         hip = joints[f"hip.{side}"]
         joints[f"knee.{side}"] = hip + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
+        joints[f"toe.{side}"] = joints[f"ankle.{side}"] + turns[f"foot.{side}"] @ walking_figure.TOE
     captured = walking_figure.markers_on(joints, turns)[0]
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
     posed = posed_and_actor(captured, names, BODY)[0]

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture: motion for other proportions, on a generated walk whose joints are known; without Blender."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from addon.capture.core import landmarks, marker_sets, readers
-from addon.capture.core.foot_planting import find_feet, find_stances
+from addon.capture.core.body import Body
+from addon.capture.core.matching import match_to_surface
 from addon.capture.core.retargeting import retarget
+from addon.capture.core.soles import find_feet, find_stances, on_floor, standing
 from addon.errors import InvalidMotionError
 from addon.scene.core.rigid import fit_rotations
 from addon.scene.core.sample_times import runs
-from blender_tests.support import mesh_files, walking_figure
+from addon.scene.surface import Surface
+from blender_tests.support import body_mesh, mesh_files, walking_figure
 
 LABELS = walking_figure.LABELS
 NAMES = marker_sets.recognise(LABELS).landmarks
@@ -42,6 +47,52 @@ def feet_of(names=NAMES):
     return [number for foot in landmarks.feet(names).values() for number in foot]
 
 
+def planted(markers, reference, character, rate, names):
+    """retarget(), and on the floor the feet of a mesh whose soles are right below their markers."""
+    path = retarget(markers, reference, character, names)
+    feet = [number for touching, _ in find_feet(reference, markers, names) for number in touching]
+    ground = character[feet, 2].min()
+    vertices = np.concatenate([character, character[feet] * [1.0, 1.0, 0.0] + [0.0, 0.0, ground]])
+    surface = SimpleNamespace(vertices=vertices, triangles=np.arange(len(vertices))[None])
+    body = SimpleNamespace(surface=surface, ground=ground, height=np.ptp(character[:, 2]))
+    given = SimpleNamespace(path=path, reference=character, landmarks=names)
+    return on_floor(given, markers, np.arange(len(character)), body, ground, rate)[0]
+
+
+@pytest.mark.parametrize(("lifted", "level"), [(0.0, 0.0), (0.06, 0.0), (-0.04, 0.5)])
+def test_soles_stand_on_the_floor_wherever_the_capture_lies_and_toes_bend(lifted, level):
+    vertices, triangles, _ = body_mesh.body()
+    body, walk = Body(Surface(vertices, triangles)), walking_figure.take(220)
+    given = SimpleNamespace(path=walk.clean + np.array([0.0, 0.0, lifted]), reference=REFERENCE, landmarks=NAMES)
+    anchors = match_to_surface(REFERENCE, body.surface).vertex
+    moved, cuffs = on_floor(given, given.path, anchors, body, level, 100.0)
+    for side in "LR":
+        heel, toe = walk.contacts[f"heel.{side}"], walk.contacts[f"toe.{side}"]
+        heights = []
+        for cuff in (cuff for cuff in cuffs if cuff.segment in {f"foot.{side}", f"toes.{side}"}):
+            ways = vertices[cuff.vertices] - cuff.centre
+            heights.append(cuff.centres[:, None, 2] + np.einsum("fj,kj->fk", cuff.turns[:, 2], ways) - level)
+            rest = vertices[cuff.vertices, 2]
+            assert np.abs(heights[-1] - rest)[heel & toe].max() < 0.01
+        assert np.abs(np.concatenate(heights, axis=1).min(axis=1))[heel | toe].max() < 0.01
+        # A stiff foot would have its toes 5 cm below the floor when it leaves.
+        assert np.abs(heights[1] - rest)[toe].max() < 0.01
+        assert np.ptp(heights[0][toe & ~heel], axis=1).max() > 0.08, "the heel is up"
+        assert np.ptp((moved - walk.clean)[:, at(f"{side}Heel"), 2]) < 0.02, "nothing else is changed"
+
+
+def test_a_step_of_a_walk_tells_how_the_person_stands():
+    walk, step, foot = walking_figure.take(220), 30, [at(label) for label in walking_figure.FOOT_LABELS["R"]]
+    assert not walk.contacts["heel.R"][step] and not walk.contacts["toe.R"][step]
+    stands = standing(walk.clean, step, NAMES, 100.0)
+    others = [name is None or not name.endswith(".R") for name in NAMES]
+    assert np.array_equal(stands[others], walk.clean[step][others])
+    assert np.abs(stands[foot, 2] - REFERENCE[foot, 2]).max() < 0.005, "flat on the floor"
+    far, near = ((points[at("RAnkleOut")] - points[at("WaistRFront")])[1] for points in (walk.clean[step], stands))
+    assert abs(near) < 0.21 < abs(far), "below the pelvis"
+    assert np.array_equal(standing(REFERENCE[None].repeat(9, axis=0), 4, NAMES, 100.0), REFERENCE)
+
+
 def largest_slide(result, capture, names=NAMES, height=HEIGHT, rate=100.0):
     feet = feet_of(names)
     stands = find_stances(capture[:, feet], rate, height, 0.09)
@@ -64,7 +115,7 @@ def largest_second_difference(positions):
 @pytest.mark.parametrize("legs", [0.7, 0.85, 1.3])
 def test_other_legs_walk_alike(legs, noise):
     walk, rest = walking_figure.take(400, noise=noise), walking_figure.t_pose(legs)
-    result = retarget(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
+    result = planted(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
     assert largest_slide(result, walk.clean) < 0.01 * rest.height
     for side in "LR":
         assert np.abs(knee_angles(result, rest, side) - walk.knee_angles[side]).max() < 5.0
@@ -72,7 +123,7 @@ def test_other_legs_walk_alike(legs, noise):
     rougher = max(1.0, legs) * 1.1
     assert largest_second_difference(result) < rougher * largest_second_difference(walk.positions)
     # The character's lengths, and feet on its ground.
-    for pair in (("LKneeOut", "LAnkleOut"), ("RThigh", "RKneeOut"), ("LHeel", "LToeTip"), ("HeadTop", "HeadFront")):
+    for pair in (("LKneeOut", "LAnkleOut"), ("RThigh", "RKneeOut"), ("LHeel", "LToeOut"), ("HeadTop", "HeadFront")):
         one, other = pair
         lengths = np.linalg.norm(result[:, at(one)] - result[:, at(other)], axis=1)
         wanted = np.linalg.norm(rest.clean[0, at(one)] - rest.clean[0, at(other)])
@@ -86,12 +137,14 @@ def test_other_legs_walk_alike(legs, noise):
 @pytest.mark.parametrize("legs", [0.6, 1.3])
 def test_feet_stand_on_stairs(legs):
     walk, rest = walking_figure.take(400, drop=0.3, noise=0.0005), walking_figure.t_pose(legs)
-    result = retarget(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
+    result = planted(walk.positions, REFERENCE, rest.clean[0], 100.0, NAMES)
     for side in "LR":
         flat = walk.contacts[f"heel.{side}"] & walk.contacts[f"toe.{side}"]
         foot = [at(label) for label in walking_figure.FOOT_LABELS[side]]
         stands = np.repeat(flat[:, None], len(foot), axis=1)
         assert largest_travel(result[:, foot], stands) < 0.01 * rest.height
+        levels = [result[begin:end, at(f"{side}Heel"), 2].mean() for begin, end in runs(flat)[1:-1]]
+        assert np.ptp(np.diff(levels)) < 0.01 and abs(np.diff(levels).mean() / legs + 0.3) < 0.03
     lengths = np.linalg.norm(result[:, at("LKneeOut")] - result[:, at("LAnkleOut")], axis=1)
     wanted = np.linalg.norm(rest.clean[0, at("LKneeOut")] - rest.clean[0, at("LAnkleOut")])
     assert np.abs(lengths / wanted - 1.0).max() < 0.04
@@ -101,25 +154,23 @@ def test_feet_stand_on_stairs(legs):
 @pytest.mark.parametrize("names", [NAMES, (None,) * 41], ids=["named", "unnamed"])
 def test_a_character_like_the_actor_gets_the_capture_back(scale, names):
     walk = walking_figure.take(250, noise=0.0005)
-    result = retarget(walk.positions, REFERENCE, scale * REFERENCE, 100.0, names)
+    result = retarget(walk.positions, REFERENCE, scale * REFERENCE, names)
     assert np.abs(result - scale * walk.positions).max() < 1e-6
 
 
 def test_the_way_that_the_capture_looks_and_where_it_is_do_not_matter():
     walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
     turn, shift = walking_figure.turn_z(np.array(2.1)), np.array([3.0, -7.0, 0.0])
-    expected = retarget(walk.clean, REFERENCE, character, 100.0, NAMES) @ turn.T + shift
-    moved = retarget(
-        walk.clean @ turn.T + shift, REFERENCE @ turn.T + shift, character @ turn.T + shift, 100.0, NAMES
-    )
+    expected = retarget(walk.clean, REFERENCE, character, NAMES) @ turn.T + shift
+    moved = retarget(walk.clean @ turn.T + shift, REFERENCE @ turn.T + shift, character @ turn.T + shift, NAMES)
     assert np.abs(moved - expected).max() < 1e-6
 
 
 def test_without_names_feet_are_the_lowest_markers():
     walk, rest = walking_figure.take(300), walking_figure.t_pose(0.7)
     feet = [sorted(at(side + label) for label in ("AnkleOut", "Heel", "ToeIn", "ToeOut", "ToeTip")) for side in "LR"]
-    assert find_feet(REFERENCE, walk.clean, (None,) * 41) == feet
-    result = retarget(walk.clean, REFERENCE, rest.clean[0], 100.0, (None,) * 41)
+    assert find_feet(REFERENCE, walk.clean, (None,) * 41) == [(foot, foot) for foot in feet]
+    result = planted(walk.clean, REFERENCE, rest.clean[0], 100.0, (None,) * 41)
     assert largest_slide(result, walk.clean) < 0.01 * rest.height
     for side in "LR":
         assert np.abs(knee_angles(result, rest, side) - walk.knee_angles[side]).max() < 8.0
@@ -132,7 +183,7 @@ def test_a_wide_torso_and_long_arms_are_the_characters():
         for label in ("ElbowOut", "UArmHigh", "WristOut", "WristIn", "HandOut"):
             beyond = sign * character[at(side + label), 0] - 0.18
             character[at(side + label), 0] = sign * (0.18 + 1.4 * beyond)
-    result = retarget(walk.clean, REFERENCE, character, 100.0, NAMES)
+    result = retarget(walk.clean, REFERENCE, character, NAMES)
     upper_arms = [p[:, at("LElbowOut")] - p[:, at("LUArmHigh")] for p in (result, walk.clean)]
     lengths, captured = np.linalg.norm(upper_arms, axis=2)
     wanted = np.linalg.norm(character[at("LElbowOut")] - character[at("LUArmHigh")])
@@ -143,12 +194,12 @@ def test_a_wide_torso_and_long_arms_are_the_characters():
 
 def test_missing_samples_stay_missing_and_hardly_move_the_others():
     walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
-    whole = retarget(walk.clean, REFERENCE, character, 100.0, NAMES)
+    whole = planted(walk.clean, REFERENCE, character, 100.0, NAMES)
     holed = walk.clean.copy()
     holed[50:120, at("LShin")] = np.nan
     holed[80, :] = np.nan
     holed[90:100, at("WaistLFront")] = np.nan
-    result = retarget(holed, REFERENCE, character, 100.0, NAMES)
+    result = planted(holed, REFERENCE, character, 100.0, NAMES)
     assert np.array_equal(np.isnan(result), np.isnan(holed))
     assert np.nanmax(np.linalg.norm(result - whole, axis=2)) < 0.03
 
@@ -156,11 +207,11 @@ def test_missing_samples_stay_missing_and_hardly_move_the_others():
 def test_wrong_input_is_refused_with_numbers():
     walk = walking_figure.take(10)
     with pytest.raises(InvalidMotionError, match="at least 3"):
-        retarget(walk.clean[:, :2], REFERENCE[:2], REFERENCE[:2], 100.0, NAMES[:2])
+        retarget(walk.clean[:, :2], REFERENCE[:2], REFERENCE[:2], NAMES[:2])
     with pytest.raises(InvalidMotionError, match="turned by 180 degrees"):
-        retarget(walk.clean, REFERENCE, REFERENCE * [-1.0, -1.0, 1.0], 100.0, NAMES)
+        retarget(walk.clean, REFERENCE, REFERENCE * [-1.0, -1.0, 1.0], NAMES)
     with pytest.raises(InvalidMotionError, match="No marker is seen"):
-        retarget(np.full((5, 41, 3), np.nan), REFERENCE, REFERENCE, 100.0, NAMES)
+        retarget(np.full((5, 41, 3), np.nan), REFERENCE, REFERENCE, NAMES)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +236,7 @@ def test_real_walks_on_shorter_legs(motion, static):
     for number, name in enumerate(names):
         height = reference[number, 2] if set(landmarks.segments_of(name)) & legs else hip
         character[number, 2] -= 0.3 * np.clip(height - ankle, 0.0, hip - ankle)
-    result = retarget(take.positions, reference, character, take.rate_hz, names)
+    result = planted(take.positions, reference, character, take.rate_hz, names)
     # Feet of real people roll a little where they stand; a slide of our own would be on top of that.
     theirs = largest_slide(take.positions, take.positions, names, np.ptp(reference[:, 2]), take.rate_hz)
     ours = largest_slide(result, take.positions, names, np.ptp(reference[:, 2]), take.rate_hz)

@@ -43,6 +43,7 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
     assert measures.rms(result.shapes, subject.truth).max() < 0.02 * height
     assert measures.rms(measures.laid_on(result.shapes, subject.truth), subject.truth).max() < 0.012 * height
     assert measures.slide(result.shapes, subject.planted) < 0.01 * height
+    assert measures.hover(result.shapes, subject.vertices, subject.planted) < 0.01
     assert measures.roughness(result.shapes).max() < 0.01 * height
     landmarks = marker_sets.recognise(result.names).landmarks
     truth = walking_figure.take(FRAMES).knee_angles
@@ -56,10 +57,18 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
     assert [what for what, _ in gait.rows(subject, result)] == ["slide while feet stand", "knees off the capture's"]
 
 
+def test_without_a_static_trial_soles_are_on_the_floor_too(tmp_path):
+    subject = dataclasses.replace(subjects.walk(tmp_path, spacing=SPACING, frames=2 * FRAMES), standing=None)
+    result = capture.carry(subject, tmp_path)
+    assert measures.hover(result.shapes, subject.vertices, subject.planted) < 0.01
+    assert measures.slide(result.shapes, subject.planted) < 0.01 * subject.height
+
+
 def test_shorter_legs_stand_still(carried):
     subject, result = carried(subjects.short_legs, frames=FRAMES)
     assert subject.height < 1.6
     assert measures.slide(result.shapes, subject.planted) < 0.01 * subject.height
+    assert measures.hover(result.shapes, subject.vertices, subject.planted) < 0.01
     assert np.nanmax(measures.misses(result)) < 0.01 * subject.height
 
 

@@ -103,7 +103,7 @@ def test_shanks_have_cuffs_that_go_where_the_bone_takes_them(tmp_path, part):
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
     assert {handle.cuff: handle.control for handle in cuff_handles(obj)} == controls, "used again"
     assert cuff_handles(obj)[0].strength == 0.25
-    capture.use_cuffs = False
+    capture.use_cuffs = capture.keep_floor = False
     count = len(bpy.data.objects)
     assert bpy.ops.meanvalue.match_markers() == {'FINISHED'}
     assert not cuff_handles(obj) and len(obj.meanvalue.handles) == 41

@@ -17,7 +17,8 @@ from . import quad_surface, walking_figure
 MELT, SHARE = 0.014, 0.016
 
 #: How far the cones of these bones do.
-INNER_MELT = {"pelvis": 0.022, "chest": 0.022, "head": 0.014, "foot.L": 0.006, "foot.R": 0.006}
+INNER_MELT = {"pelvis": 0.022, "chest": 0.022, "head": 0.014}
+INNER_MELT |= {f"{bone}.{side}": 0.006 for bone in ("foot", "toe") for side in "LR"}
 
 #: bone: (joint, cones); a cone: from, to (from that joint, in the T-pose, of the left side), radii there, and how much
 #: wider it is along X, Y, Z. On thighs and shanks Z is a share of the bone.
@@ -85,8 +86,15 @@ SIDES = {
     "foot": (
         "ankle",
         (
-            ((0.0, 0.014, -0.04), (-0.012, -0.116, -0.054), (0.04, 0.032), (1, 1, 1)),
-            ((0.0, 0.014, -0.04), (0.016, -0.102, -0.055), (0.04, 0.031), (1, 1, 1)),
+            ((0.0, 0.014, -0.04), (-0.01, -0.095, -0.052), (0.04, 0.033), (1, 1, 1)),
+            ((0.0, 0.014, -0.04), (0.014, -0.09, -0.054), (0.04, 0.032), (1, 1, 1)),
+        ),
+    ),
+    "toe": (
+        "toe",
+        (
+            ((-0.011, 0.0, 0.027), (-0.012, -0.016, 0.026), (0.033, 0.031), (1, 1, 1)),
+            ((0.015, 0.006, 0.026), (0.016, -0.004, 0.025), (0.032, 0.03), (1, 1, 1)),
         ),
     ),
 }
@@ -98,7 +106,8 @@ NEXT = {
     **{f"forearm.{side}": (f"upper_arm.{side}",) for side in "LR"},
     **{f"thigh.{side}": ("pelvis", f"shank.{side}") for side in "LR"},
     **{f"shank.{side}": (f"thigh.{side}", f"foot.{side}") for side in "LR"},
-    **{f"foot.{side}": (f"shank.{side}",) for side in "LR"},
+    **{f"foot.{side}": (f"shank.{side}", f"toe.{side}") for side in "LR"},
+    **{f"toe.{side}": (f"foot.{side}",) for side in "LR"},
 }
 BONES = tuple(NEXT)
 

@@ -45,7 +45,8 @@ def sitting(time):
         joints[f"knee.{side}"], joints[f"ankle.{side}"] = knee, ankle
         turns[f"thigh.{side}"] = walking_figure.leg_turn(hip - knee)
         turns[f"shank.{side}"] = walking_figure.leg_turn(knee - ankle)
-        turns[f"foot.{side}"] = turn_x(np.zeros(len(time)))
+        turns[f"foot.{side}"] = turns[f"toe.{side}"] = turn_x(np.zeros(len(time)))
+        joints[f"toe.{side}"] = ankle + walking_figure.TOE
         contacts[f"heel.{side}"] = contacts[f"toe.{side}"] = np.ones(len(time), bool)
     return joints, turns, contacts
 

@@ -4,9 +4,10 @@
 Metres, Z up, 100 Hz. In its T-pose it stands on z = 0 at the origin, looks along -Y (as Blender's characters do) and
 has its left at +X; it walks along -Y. Labels are those of OptiTrack's Baseline 41 set. Needs numpy alone.
 
-A foot strikes with the heel, lies flat, rolls over its toes and leaves: where `contacts` says that heel or toes are on
-the ground, the point that the foot stands on does not move by a hair (markers, which are off it, tilt a little while
-the foot rolls). Hips, knees and ankles are solved exactly: bones keep their lengths, `knee_angles` is the truth.
+A foot strikes with the heel, lies flat, rolls over its ball while its toes lie flat, and leaves: where `contacts` says
+that heel or toes are on the ground, the point that the foot stands on does not move by a hair (markers, which are off
+it, tilt a little while the foot rolls). Hips, knees and ankles are solved exactly: bones keep their lengths,
+`knee_angles` is the truth.
 """
 
 import itertools
@@ -23,11 +24,11 @@ HEIGHT = 1.79  # with legs of full length
 
 THIGH, SHANK, ANKLE_HEIGHT = 0.43, 0.42, 0.08
 # Where a foot rolls, from the ankle.
-HEEL, TOE = np.array([0.0, 0.05, -ANKLE_HEIGHT]), np.array([0.0, -0.145, -ANKLE_HEIGHT])
+HEEL, TOE = np.array([0.0, 0.05, -ANKLE_HEIGHT]), np.array([0.0, -0.11, -ANKLE_HEIGHT])
 
 # Phases of a foot: flat, heel off, toe off, then in the air to the next strike at 1.
 FLAT, HEEL_OFF, TOE_OFF = 0.10, 0.40, 0.63
-PITCH = ((0.0, 18.0), (FLAT, 0.0), (HEEL_OFF, 0.0), (TOE_OFF, -40.0), (1.0, 18.0))  # degrees, toes up is positive
+PITCH = ((0.0, 18.0), (FLAT, 0.0), (HEEL_OFF, 0.0), (TOE_OFF, -54.0), (1.0, 18.0))  # degrees, toes up is positive
 
 #: label (without side): (bone, place from the joint that the bone hangs on, in the T-pose, of the left side).
 #: On thighs and shanks Z is a share of the bone.
@@ -59,7 +60,7 @@ SIDE_MARKERS = {
     "Heel": ("foot", (0.0, 0.067, -0.045)),
     "ToeIn": ("foot", (-0.045, -0.125, -0.045)),
     "ToeOut": ("foot", (0.055, -0.105, -0.05)),
-    "ToeTip": ("foot", (0.0, -0.165, -0.05)),
+    "ToeTip": ("toe", (0.0, -0.055, 0.03)),
 }
 LABELS = tuple(CENTRE_MARKERS) + tuple(side + name for side in "LR" for name in SIDE_MARKERS)
 FOOT_LABELS = {"L": ("LHeel", "LToeIn", "LToeOut", "LToeTip"), "R": ("RHeel", "RToeIn", "RToeOut", "RToeTip")}
@@ -125,7 +126,8 @@ def walking(time, legs=1.0, drop=0.0):
     contacts = {}
     for side, sign, later in (("L", 1.0, 0.0), ("R", -1.0, 0.5)):
         hip = joints[f"hip.{side}"]
-        ankle, turns[f"foot.{side}"], on_ground = _foot(time / CYCLE + later, sign, legs, later, stride)
+        ankle, turn, turns[f"toe.{side}"], on_ground = _foot(time / CYCLE + later, sign, legs, later, stride)
+        turns[f"foot.{side}"], joints[f"toe.{side}"] = turn, ankle + turn @ TOE
         contacts[f"heel.{side}"], contacts[f"toe.{side}"] = on_ground
         knee = knee_between(hip, ankle, THIGH * legs, SHANK * legs)
         joints[f"knee.{side}"], joints[f"ankle.{side}"] = knee, ankle
@@ -186,7 +188,7 @@ def figure(joints, turns, contacts, seed, legs, gaps, noise, longest_gap):
 
 
 def upright(frames, legs):
-    bones = [f"{bone}.{side}" for side in "LR" for bone in ("upper_arm", "forearm", "thigh", "shank", "foot")]
+    bones = [f"{bone}.{side}" for side in "LR" for bone in ("upper_arm", "forearm", "thigh", "shank", "foot", "toe")]
     turns = {bone: np.broadcast_to(np.eye(3), (frames, 3, 3)) for bone in ["pelvis", "chest", "head", *bones]}
     pelvis = np.zeros((frames, 3))
     pelvis[:, 2] = ANKLE_HEIGHT + (THIGH + SHANK) * legs + 0.05
@@ -194,6 +196,7 @@ def upright(frames, legs):
     for side in "LR":
         joints[f"knee.{side}"] = joints[f"hip.{side}"] - [0.0, 0.0, THIGH * legs]
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] - [0.0, 0.0, SHANK * legs]
+        joints[f"toe.{side}"] = joints[f"ankle.{side}"] + TOE
     return joints, turns
 
 
@@ -210,7 +213,7 @@ def trunk_and_arms(pelvis, turns):
 
 
 def _foot(cycles, sign, legs, later, stride):
-    """Ankle (f, 3), turn (f, 3, 3) and (heel on ground, toe on ground) of a foot, `cycles` (f,) of its own gait."""
+    """Ankle (f, 3), turns (f, 3, 3) of foot and toes and (heel on ground, toe on ground), `cycles` (f,) of its gait."""
     step, phase = np.floor(cycles), np.mod(cycles, 1.0)
     pitch = np.zeros(len(phase))
     for (begin, before), (end, after) in itertools.pairwise(PITCH):
@@ -231,7 +234,8 @@ def _foot(cycles, sign, legs, later, stride):
     toe[:, 2] += 0.05 * legs * (4.0 * share * (1.0 - share)) ** 3
     in_air = toe - turn @ TOE
     ankle = np.where(on_heel[:, None], by_heel, np.where(on_toe[:, None], by_toe, in_air))
-    return ankle, turn, (phase < HEEL_OFF, on_toe)
+    toes = turn_x(-np.radians(np.where(pitch < 0.0, pitch * _smooth(np.clip(3.0 * share, 0.0, 1.0)), pitch)))
+    return ankle, turn, toes, (phase < HEEL_OFF, on_toe)
 
 
 def _smooth(share):
@@ -263,7 +267,8 @@ def leg_turn(up):
 def markers_on(joints, turns, legs=1.0, centre=CENTRE_MARKERS, sides=SIDE_MARKERS):
     """(f, m, 3): markers on their bones, as in CENTRE_MARKERS, and as in SIDE_MARKERS on the left, then on the right;
     on legs, heights are shares of the bone's length."""
-    hangs_on = {"thigh": "hip", "shank": "knee", "foot": "ankle", "upper_arm": "shoulder", "forearm": "elbow"}
+    hangs_on = {"thigh": "hip", "shank": "knee", "foot": "ankle", "toe": "toe"}
+    hangs_on |= {"upper_arm": "shoulder", "forearm": "elbow"}
     stretch = {"thigh": THIGH * legs, "shank": SHANK * legs}
     columns = [joints[bone] + turns[bone] @ np.array(place) for bone, place in centre.values()]
     for side, sign in (("L", 1.0), ("R", -1.0)):

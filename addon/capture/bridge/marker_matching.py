@@ -14,7 +14,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import fixed_points, motion
 from ...solver.job import result_of
-from ..core import alignment, cuffs, filtering, gaps, matching, on_body, retargeting
+from ..core import alignment, cuffs, filtering, gaps, matching, on_body, retargeting, soles
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
 from . import match_notes
@@ -75,8 +75,9 @@ def steps(given):
     yield "aligning", 0.3
     body = Body(surface, given.is_skeleton)
     to_mesh, words = _alignment(given, markers, body)
+    path, rate = motion.apply(to_mesh, markers.path), given.recording.rate_hz
     laid = motion.apply(to_mesh, markers.reference)
-    markers = replace(markers, path=motion.apply(to_mesh, markers.path), reference=laid, actor=laid)
+    markers = replace(markers, path=path, reference=laid, actor=laid)
     if options.pose_limbs and options.align != 'NONE':
         yield "posing limbs", 0.4
         laid, actor = posed_and_actor(laid, markers.landmarks, body)
@@ -92,10 +93,14 @@ def steps(given):
         yield "retargeting", 0.6
         markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
+    found = []
+    if options.keep_floor:
+        path, found = soles.on_floor(markers, path, match.vertex, body, body.ground + options.floor_height, rate)
+        markers = replace(markers, path=path)
     targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
     to_object = np.linalg.inv(given.to_world)
-    found, told_of_cuffs = _cuffs(given, markers, match, to_object)
+    found, told_of_cuffs = _cuffs(given, markers, match, found, to_object)
     yield "making handles", 0.9
     rest = given.own[match.vertex].astype(np.float64)
     return Matched(
@@ -133,8 +138,9 @@ def _filled(content, shape, longest, rate_hz, cutoff_hz):
 
 def _reference(given, sample):
     """(m, 3): where the markers of the take are at the reference; NaN for what is not seen there."""
-    path = _mended(given, given.standing)
-    places = dict(zip(given.standing.labels, path[sample], strict=True))
+    path, labels = _mended(given, given.standing), given.standing.labels
+    known = [given.landmarks.get(label) for label in labels]
+    places = dict(zip(labels, soles.standing(path, sample, known, given.standing.rate_hz), strict=True))
     return np.array([places.get(label, np.full(3, np.nan)) for label in given.recording.labels])
 
 
@@ -202,16 +208,15 @@ def _retargeted(given, markers, match):
     points = given.surface.vertices[match.vertex]
     over = points + usual * given.surface.normals()[match.vertex]
     character = np.where(picked[:, None], over, markers.reference)
-    rate = given.recording.rate_hz
-    path = retargeting.retarget(markers.path, markers.actor, character, rate, markers.landmarks)
+    path = retargeting.retarget(markers.path, markers.actor, character, markers.landmarks)
     return replace(markers, path=path, reference=character), replace(match, offset=character - points)
 
 
-def _cuffs(given, markers, match, to_object):
+def _cuffs(given, markers, match, found, to_object):
     """([core.cuffs.Cuff], sentences): places and radii are in the object's space, turns in the world."""
-    if not given.options.use_cuffs or given.is_skeleton:  # joints are inside, nearly in one line
-        return [], []
-    found, refused = cuffs.find_cuffs(markers.path, markers.reference, markers.landmarks, match.vertex, given.surface)
+    # Joints are inside, nearly in one line.
+    names = markers.landmarks if given.options.use_cuffs and not given.is_skeleton else (None,) * len(markers.labels)
+    of_limbs, refused = cuffs.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
     result = [
         replace(
@@ -220,6 +225,6 @@ def _cuffs(given, markers, match, to_object):
             radius=scale * cuff.radius,
             centres=motion.apply(to_object, cuff.centres),
         )
-        for cuff in found
+        for cuff in (*found, *of_limbs)
     ]
     return result, match_notes.of_cuffs(result, refused)

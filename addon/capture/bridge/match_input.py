@@ -15,7 +15,8 @@ from ..core import landmarks
 from . import marker_landmarks, marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.
-OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "mode", "spline_seconds", "rigid_seconds")
+OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "keep_floor", "floor_height", "mode",
+           "spline_seconds", "rigid_seconds")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,7 +66,8 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         if ring is None or ring.radius > THICKEST * np.ptp(along):
             continue  # no limb but a trunk
         held = [anchors[k] for k in members if k < len(anchors)]
-        chosen = ring.spread(vertices, held, taken)
+        free = np.setdiff1d(ring.numbers, list(taken))
+        chosen = free[spread(ring.ways(vertices[free]), ring.ways(vertices[held]), COUNT)].tolist()
         if len(chosen) == COUNT:
             taken |= set(chosen)
             centre = vertices[chosen].mean(axis=0)
@@ -101,18 +102,17 @@ class Ring:
         away = points - self.centre
         return unit(away - np.outer(away @ self.axis, self.axis))
 
-    def spread(self, vertices, held, taken):
-        """At most COUNT of the ring's vertices, none of `taken`, as far round from each other and from the vertices
-        `held`, which are beside the ring, as can be. vertices  (n, 3)."""
-        free = self.numbers[[number not in taken for number in self.numbers]]
-        chosen = []
-        while len(chosen) < min(COUNT, len(free)):
-            others = self.ways(vertices[[*held, *chosen]])
-            apart = np.linalg.norm(self.ways(vertices[free])[:, None] - others, axis=2).min(axis=1, initial=2.0)
-            if not apart.max() > 0.0:
-                break
-            chosen.append(int(free[apart.argmax()]))
-        return chosen
+
+def spread(points, held, count):
+    """Numbers of at most `count` of points (p, 3), as far from each other and from `held` (h, 3) as can be."""
+    chosen = []
+    while len(chosen) < min(count, len(points)):
+        others = np.concatenate([held, points[chosen]])
+        apart = np.linalg.norm(points[:, None] - others, axis=2).min(axis=1, initial=2.0)
+        if not apart.max() > 0.0:
+            break
+        chosen.append(int(apart.argmax()))
+    return chosen
 
 
 def ring_around(middle, axis, vertices, triangles):

@@ -17,8 +17,6 @@ class Place:
 
     segments: tuple
     height: float | None = None
-    #: Whether it is at the sole.
-    is_foot: bool = False
 
 
 PLACES = {
@@ -52,11 +50,11 @@ PLACES = {
     "shank": Place(("shank.*",), 0.17),
     "ankle": Place(("shank.*", "foot.*"), 0.039),
     "ankle.inner": Place(("shank.*", "foot.*"), 0.039),
-    "heel": Place(("foot.*",), 0.02, True),
-    "toe": Place(("foot.*",), 0.02, True),
-    "toe.big": Place(("foot.*",), 0.02, True),
-    "toe.little": Place(("foot.*",), 0.015, True),
-    "toe.tip": Place(("foot.*",), 0.015, True),
+    "heel": Place(("foot.*",), 0.02),
+    "toe": Place(("foot.*",), 0.02),
+    "toe.big": Place(("foot.*",), 0.02),
+    "toe.little": Place(("foot.*",), 0.015),
+    "toe.tip": Place(("foot.*",), 0.015),
     # What skeletons have in place of markers: centers of joints, inside of the body ("hip" above is one, too).
     "pelvis.joint": Place(("pelvis", "waist"), 0.55),
     "spine": Place(("torso", "waist")),
@@ -69,7 +67,7 @@ PLACES = {
     "hand.joint": Place(("hand.*", "forearm.*")),
     "knee.joint": Place(("thigh.*", "shank.*"), 0.285),
     "ankle.joint": Place(("shank.*", "foot.*"), 0.05),
-    "toe.joint": Place(("foot.*",), 0.02, True),
+    "toe.joint": Place(("foot.*",), 0.02),
 }
 
 #: Joints of a skeleton without its fingers.
@@ -137,6 +135,6 @@ def feet(landmarks):
     result = {}
     for number, landmark in enumerate(landmarks):
         place, side = place_of(landmark), side_of(landmark)
-        if place and place.is_foot and side:
+        if place and side and landmark.startswith(("heel", "toe")):
             result.setdefault(side, []).append(number)
     return result

@@ -16,8 +16,8 @@ ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
 CLEARLY = 0.9
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
 FACING = 0.05
-#: How much nearer to its skin a foot must lie to be tilted; the cosine of the bend of a knee that sits.
-TILTED, BENT = 0.6, 0.5
+#: The cosine of the bend of a knee that sits, crouches or steps.
+BENT = np.cos(np.radians(22.0))
 
 
 class Limb:
@@ -93,21 +93,11 @@ class Limb:
     def foot(self, captured, posed, foot, ankle):
         """(k, 3): the markers `foot` of `posed` as flat as they are in `captured`, turned about the upright axis.
 
-        So soles stay on the ground though a leg is moved to the side; but a foot that is tilted, or that of a mesh on
-        tiptoe, is turned to its skin.
+        So soles stay on the ground though a leg is moved to the side.
         """
         pivot = posed[ankle].mean(axis=0)
         level = pivot + captured[foot] - captured[ankle].mean(axis=0)
-        for _ in range(ROUNDS):
-            target, _ = self._nearest(level, foot)
-            before, after = (level - pivot)[:, :2], (target - pivot)[:, :2]
-            sine = (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]).sum()
-            angle = np.arctan2(sine, (before * after).sum())
-            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-            level[:, :2] = pivot[:2] + before @ turn.T
-        tilted = self._settled(posed[foot], foot, pivot)
-        costs = self._costs(np.stack([level, tilted]), foot)
-        return tilted if costs[1] < TILTED**2 * costs[0] else level
+        return self._settled(level, foot, pivot, np.array([1.0, 1.0, 0.0]))
 
     def _stretched(self):
         """The markers with what is beyond the elbow turned on in line with the upper arm."""
@@ -128,13 +118,13 @@ class Limb:
         tried = pivot + np.einsum("rij,kj->rki", _about(axis, angles), points - pivot)
         return tried[self._costs(tried, numbers).argmin()]
 
-    def _settled(self, points, numbers, pivot):
+    def _settled(self, points, numbers, pivot, along=1.0):
         for _ in range(ROUNDS):
             target, _ = self._nearest(points, numbers)
+            before, after = (points - pivot) * along, (target - pivot) * along
             # The pivot stays: it counts as much as all the others.
-            before = np.vstack([points, 2.0 * pivot - points])
-            after = np.vstack([target, 2.0 * pivot - target])
-            points = pivot + (points - pivot) @ fit_rotations(before, after).T
+            turn = fit_rotations(np.vstack([before, -before]), np.vstack([after, -after]))
+            points = pivot + (points - pivot) @ turn.T
         return points
 
     def _costs(self, tried, numbers):

@@ -6,9 +6,9 @@ import numpy as np
 from ...errors import InvalidMotionError
 from ...scene.core.rigid import turns_between
 from . import landmarks as places
-from .foot_planting import planted
 from .hip_centres import carried, hips_of, with_hips
 from .marker_graph import marker_graph
+from .soles import find_feet
 
 #: Edges whose captured lengths vary by this share count half: joints bend between their ends.
 BENDING = 0.05
@@ -16,7 +16,7 @@ BENDING = 0.05
 MOST_TURNED = 60.0
 
 
-def retarget(markers, reference, character, rate, landmarks):
+def retarget(markers, reference, character, landmarks):
     """(f, m, 3) float64: where the markers would go on a character of other proportions.
 
     Edges between neighboring markers (of one segment of the body) turn as in the capture, by the rotation of their
@@ -24,13 +24,13 @@ def retarget(markers, reference, character, rate, landmarks):
     what the capture itself stretches them by. The markers that fit these edges best (least squares, relative to their
     lengths) are one linear solve, the same for all frames: as-rigid-as-possible (Sorkine and Alexa 2007) with rotations
     given by the capture. A character like the actor, but for scale, gets the capture back.
-    The pelvis' path is scaled by the length of the legs, and feet that stand still in the capture stand still
-    (foot_planting.py).
+    The pelvis goes the captured way, scaled by its height over the ground in character and reference; soles.py has feet
+    stand.
 
     markers  (f, m, 3) meters, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
         move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
         any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, meters,
-        Z up. rate  frames a second. landmarks  m names or None; markers without one are joined with their nearest
+        Z up. landmarks  m names or None; markers without one are joined with their nearest
         ones, and without any the lowest ones are feet.
     Raises InvalidMotionError for less than three markers, and where the character looks another way.
     """
@@ -47,8 +47,12 @@ def retarget(markers, reference, character, rate, landmarks):
     shape = _solved(graph, turns, completed, reference, character)
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
-    shape -= shape[:, root].mean(axis=1, keepdims=True)
-    result = planted(shape, root, completed, reference, character, landmarks, rate)[:, :count]
+    ground = [number for touching, _ in find_feet(reference, completed, landmarks) for number in touching] or root
+    heights = [points[root, 2].mean() - points[ground, 2].min() for points in (character, reference)]
+    sizes = [np.linalg.norm(np.ptp(points, axis=0)) for points in (character, reference)]
+    ratio = heights[0] / heights[1] if min(heights) > 0.1 * min(sizes) else sizes[0] / max(sizes[1], 1e-12)
+    path = character[root].mean(axis=0) + ratio * (completed[:, root].mean(axis=1) - reference[root].mean(axis=0))
+    result = (shape + (path - shape[:, root].mean(axis=1))[:, None])[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
 

@@ -40,7 +40,7 @@ def walker(spacing=0.0125):
     }
     heads = {"upper_arm": "shoulder", "forearm": "elbow", "thigh": "hip", "shank": "knee", "foot": "ankle"}
     parents = {"chest": "pelvis", "head": "chest", "upper_arm": "chest", "forearm": "upper_arm", "thigh": "pelvis"}
-    parents |= {"shank": "thigh", "foot": "shank"}
+    parents |= {"shank": "thigh", "foot": "shank", "toe": "foot"}
     bones = {}
     for bone in figure_body.BONES:
         name, dot, side = bone.partition(".")
@@ -48,7 +48,7 @@ def walker(spacing=0.0125):
         end = ends.get(name)
         tail = at.get(f"{end}{dot}{side}", at.get(end)) if end else head + np.array((0.0, -0.1, 0.0))
         parent = parents.get(name)
-        sided = parent in {"upper_arm", "thigh", "shank"}
+        sided = parent in {"upper_arm", "thigh", "shank", "foot"}
         bones[bone] = (head, tail, None if parent is None else parent + (dot + side if sided else ""))
     weights = {
         bone: (np.flatnonzero(column > 0.0), column[column > 0.0])

@@ -66,8 +66,9 @@ def bring_in(subject, obj):
     pose.call(bpy.ops.meanvalue.import_motion, filepath=str(subject.take), time="CAPTURE")
     scene.frame_end = capture.take.meanvalue.sample_count
     before = set(bpy.data.collections)
-    pose.call(bpy.ops.meanvalue.import_motion, filepath=str(subject.standing), extend_range=False)
-    (capture.reference_take,) = set(bpy.data.collections) - before
+    if subject.standing is not None:
+        pose.call(bpy.ops.meanvalue.import_motion, filepath=str(subject.standing), extend_range=False)
+        (capture.reference_take,) = set(bpy.data.collections) - before
     capture.mode = subject.mode
     capture.use_low_pass, capture.cutoff_hz = True, subject.low_pass_hz
 

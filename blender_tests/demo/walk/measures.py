@@ -35,6 +35,11 @@ def slide(shapes, planted):
     return farthest
 
 
+def hover(shapes, rest, planted):
+    """The farthest that a vertex of a standing sole is above or below where it rests, (n, 3)."""
+    return max(float(np.abs(shapes[begin:end, sole, 2] - rest[sole, 2]).max()) for begin, end, sole in planted)
+
+
 def misses(carried):
     """(f, m): how far each anchor is from its target; NaN where it was free."""
     return np.linalg.norm(carried.shapes[:, carried.anchors] - carried.targets, axis=2)
@@ -64,6 +69,7 @@ def rows(subject, carried):
     if subject.planted:
         moved = slide(carried.shapes, subject.planted)
         result.append(("slide of standing soles", share(moved, height)))
+        result.append(("  off the floor", mm(hover(carried.shapes, subject.vertices, subject.planted))))
     return result
 
 

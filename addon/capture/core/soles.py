@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Soles of the mesh on a floor: markers are above them, and tell neither how high they are nor that toes bend."""
+
+import numpy as np
+
+from ...scene.core.connected import parts
+from ...scene.core.rigid import fit_rotations, turns_between, unit
+from ...scene.core.sample_times import runs
+from . import landmarks as places
+from .cuffs import Cuff, spread
+from .filtering import low_pass
+from .gaps import distance_variation
+from .hip_centres import carried
+
+#: Shares of the body's height: how low markers of feet are, and how much their distances vary.
+LOWEST, RIGID = 0.08, 0.01
+#: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or
+#: toes: then they stand on some of their markers.
+SLOW, LOW = 0.14, 0.05
+SHORTEST = 0.06  # seconds
+SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
+#: Body heights: how far above its lowest point skin is of a sole, and how far from the foot's anchors.
+SOLE, AROUND = 0.012, 0.07
+#: Where toes begin, along the sole from the heel; vertices of a sole, and of toes, that move together.
+BALL, HELD = 0.7, 8
+#: Of a foot that stands: the least cosine between the way that its sole looks, and down.
+DOWN = 0.3
+UP, LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
+
+
+def find_feet(reference, markers, landmarks):
+    """[(markers that touch the ground, these and those of the ankle)]: by name, or what is lowest in reference (m, 3).
+
+    Without names, a foot is a group of markers less than LOWEST of the body's height above the lowest one, each of
+    which keeps its distance from another in markers (f, m, 3): standard deviation less than RIGID of the height.
+    """
+    if any(landmarks):
+        of_segments = places.segments(landmarks)
+        return [(foot, of_segments.get(f"foot.{side}", foot)) for side, foot in places.feet(landmarks).items()]
+    height = np.ptp(reference[:, 2])
+    low = np.flatnonzero(reference[:, 2] - reference[:, 2].min() < LOWEST * height)
+    part = parts(np.argwhere(distance_variation(markers[:, low]) < RIGID * height), len(low))
+    return [(low[part == first].tolist(),) * 2 for first in np.unique(part)]
+
+
+def find_stances(positions, rate_hz, height, slow=SLOW):
+    """(f, k) bool: where each marker of a foot stands still on the ground: it is low and slow, and for long enough.
+
+    "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that frame: so floors
+    need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
+
+    positions  (f, k, 3) meters, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
+    frames a second; height  of the body, meters; slow  a speed as SLOW.
+    """
+    smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
+    speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]
+    lowest = np.fmin.reduce(smooth[..., 2], axis=1)
+    result = np.zeros(positions.shape[:2], bool)
+    for marker in np.flatnonzero(~np.isnan(speed).all(axis=0)):
+        heights = smooth[:, marker, 2]
+        ground = np.fmax(np.nanquantile(heights, 0.02), lowest)
+        is_near = (speed[:, marker] < slow * height) & (heights - ground < LOW * height)
+        for begin, end in runs(is_near):
+            result[begin:end, marker] = end - begin >= SHORTEST * rate_hz
+    return result
+
+
+def standing(path, sample, landmarks, rate):
+    """(m, 3): markers path (f, m, 3) at a sample, with legs as where they stand if their foot does not lie flat then.
+
+    A leg is from where its foot lies flat and the pelvis is highest above it, turned about the upright axis and moved
+    along the ground as the pelvis is. So a step of a walk tells how the person stands.
+    """
+    result, segments = path[sample].copy(), [set(places.segments_of(name)) for name in landmarks]
+    seen = [k for k, some in enumerate(segments) if some and not np.isnan(result[k, 0])]
+    pelvis = [k for k in seen if "pelvis" in segments[k]]
+    for side, foot in places.feet(landmarks).items() if len(pelvis) > 1 else ():
+        own = {f"{part}.{side}" for part in ("thigh", "shank", "foot")}
+        leg = [k for k in seen if own & segments[k] and k not in pelvis]
+        flat = find_stances(path[:, foot], rate, np.ptp(result[seen, 2])).all(axis=1)
+        rise = path[:, pelvis, 2].mean(axis=1) - path[:, leg, 2].mean(axis=1)
+        rise = np.where(flat & ~np.isnan(rise), rise, -np.inf)
+        if not flat[sample] and np.isfinite(rise.max()):
+            then, now = path[[rise.argmax(), sample]][:, pelvis] * LEVEL
+            turn, centre = fit_rotations(then, now), then.mean(axis=0)
+            result[leg] = now.mean(axis=0) + (path[rise.argmax(), leg] - centre) @ turn.T
+    return result
+
+
+def on_floor(markers, captured, anchors, body, level, rate):
+    """((f, m, 3), [Cuff]): markers with the soles of the mesh at the height `level` while feet stand; soles and toes.
+
+    Feet slide as the captured ones do. The mean of both feet moves the whole body, and the rest each foot. The floor is
+    where soles are in most of the stances near the ground of the mesh; others stay as far from it (stairs).
+
+    markers: their `path` (f, m, 3) aligned, retargeted, NaN where missing, `reference` (m, 3) on the Body at rest, and
+    `landmarks`; captured  (f, m, 3) before that; anchors  (m,) vertices that they carry; rate  frames a second.
+    """
+    vertices, used = body.surface.vertices, np.unique(body.surface.triangles)
+    low = np.setdiff1d(used[vertices[used, 2] - body.ground < SOLE * body.height], anchors)
+    groups = [group for group in find_feet(markers.reference, captured, markers.landmarks) if len(group[1]) > 1]
+    places_of = [vertices[anchors[members]] for _, members in groups]
+    away = [np.linalg.norm(vertices[low, None] - held, axis=2).min(axis=1) for held in places_of]
+    feet = []
+    for (touching, members), apart in zip(groups, away, strict=True):
+        sole = low[(apart < AROUND * body.height) & (apart == np.min(away, axis=0))]
+        if len(sole):
+            foot = _Foot(markers, captured, anchors, touching, members, body, sole)
+            stands = find_stances(captured[:, touching], rate, body.height).any(axis=1)
+            foot.stands = stands & (foot.turns[:, 2, 2] > DOWN) & ~np.isnan(foot.lowest)
+            feet.append(foot)
+    feet = [foot for foot in feet if foot.stands.any()]
+    if not feet:
+        return markers.path, []
+    heights = np.concatenate([foot.lowest[foot.stands] for foot in feet])
+    is_near = np.abs(heights - body.ground) < LOW * body.height
+    floor = np.median(heights[is_near] if is_near.any() else heights)
+    moves = [foot.moves(level, floor, LOW * body.height) for foot in feet]
+    of_body = np.mean(moves, axis=0)
+    result = markers.path + of_body[:, None, :3]
+    for foot, move in zip(feet, moves, strict=True):
+        result[:, foot.touching] += (move - of_body)[:, None, :3]
+    return result, [cuff for foot, move in zip(feet, moves, strict=True) for cuff in foot.cuffs(move, vertices)]
+
+
+class _Foot:
+    """One over f frames, which is rigid up to its ball. sole  (s,) vertices; the rest as of `on_floor()`."""
+
+    def __init__(self, markers, captured, anchors, touching, members, body, sole):
+        vertices, landmarks, self.touching = body.surface.vertices, markers.landmarks, touching
+        self.side = places.side_of(landmarks[members[0]]) or members[0]
+        toes = [k for k in members if (landmarks[k] or "").startswith("toe")]
+        behind = [k for k in members if landmarks[k] and k not in toes]
+        way = np.zeros(3)  # nothing tells where its toes are
+        if toes and behind:
+            way = unit((vertices[anchors[toes]].mean(axis=0) - vertices[anchors[behind]].mean(axis=0)) * LEVEL)
+        along, middle = vertices[sole] @ way, vertices[sole].mean(axis=0)
+        begin = along.min() + BALL * np.ptp(along)
+        self.ends = middle + np.outer([begin, along.max()] - middle @ way, way)
+        self.ends[:, 2] = body.ground
+        both = sole[along <= begin], sole[along > begin]
+        self.parts = [part[spread(vertices[part], middle[None], HELD)] for part in both]
+        rigid = behind + [k for k in toes if "tip" not in landmarks[k]]  # a tip bends
+        rigid = rigid if len(rigid) > 1 else members
+        points = np.concatenate([markers.reference[rigid], self.ends, vertices[self.parts[0]]])
+        self.turns = fit_rotations(markers.reference[rigid], markers.path[:, rigid])
+        moved = carried(points, markers.path[:, rigid], self.turns)[:, len(rigid) :]
+        self.ball, self.tip, self.lowest = moved[:, 0], moved[:, 1], moved[:, [0, *range(2, moved.shape[1])], 2].min(1)
+        self.slid = carried(points, captured[:, rigid], self.turns)[:, len(rigid)] - self.ball
+
+    def moves(self, level, floor, reach):
+        """(f, 4): what it has to be moved by, and how high the ground below it is then."""
+        moves = np.zeros((len(self.ball), 4))
+        for begin, end in runs(self.stands):
+            own = np.median(self.lowest[begin:end])
+            moves[begin:end, 3] = level + (0.0 if abs(own - floor) < reach else own - floor)
+            moves[begin:end, 2] = moves[begin:end, 3] - self.lowest[begin:end]
+            moves[begin:end, :2] = (self.slid[begin:end] - self.slid[begin:end].mean(axis=0))[:, :2]
+        # Between stances cubics that begin and end level; flat outside.
+        known = np.flatnonzero(self.stands)
+        place = np.interp(np.arange(len(moves)), known, np.arange(len(known)))
+        before, share = place.astype(int), (place % 1.0)[:, None]
+        after = np.minimum(before + 1, len(known) - 1)
+        return moves[known[before]] + share**2 * (3.0 - 2.0 * share) * (moves[known[after]] - moves[known[before]])
+
+    def cuffs(self, moves, vertices):
+        """The [Cuff]s of its sole and of its toes, which bend as far up as keeps their tip above the ground."""
+        ball, way = self.ball + moves[:, :3], self.tip - self.ball
+        length = np.linalg.norm(way, axis=1)
+        rise = np.maximum(way[:, 2], np.clip(moves[:, 3] - ball[:, 2], -length, 0.0))
+        flat = unit(way * LEVEL) * np.sqrt(np.maximum(length**2 - rise**2, 0.0))[:, None]
+        turns = np.where(np.isnan(length)[:, None, None], np.nan, self.turns)
+        bent = turns_between(way, flat + rise[:, None] * UP) @ turns
+        for name, some, turned in zip(("foot", "toes"), self.parts, (turns, bent), strict=True):
+            if len(some):
+                centre = vertices[some].mean(axis=0)
+                centres = ball + np.einsum("fij,j->fi", turned, centre - self.ends[0])
+                radius = np.linalg.norm(vertices[some] - centre, axis=1).max()
+                yield Cuff(f"{name}.{self.side}", some, centre, radius, 1.0, turned, centres)
