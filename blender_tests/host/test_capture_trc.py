@@ -40,9 +40,9 @@ def test_trc_with_z_up_is_seen_and_choice_overrules():
 
 @pytest.mark.parametrize("unit", ["", "parsec"])
 def test_trc_without_a_known_unit(unit):
-    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * Y_UP, keys={"Units": unit, "OrigDataRate": ""}))
+    take = read_trc(capture_files.trc(walker.LABELS, 1000.0 * Y_UP, keys={"Units": unit}))
     assert np.abs(take.positions - METRES).max() < DECIMALS
-    assert has_note(take, "millimeters are assumed")
+    assert has_note(take, f"'{unit}'" if unit else "names no unit", "millimeters are assumed")
 
 
 def test_trc_rate_by_the_times_where_the_header_has_none():

@@ -45,7 +45,7 @@ def _keys(lines):
     names, values = lines.next(), lines.next()
     if names is None or values is None:
         lines.fail("the file ends in its header")
-    return dict(zip((name.lower() for name in names.split()), values.split(), strict=False))
+    return dict(zip((name.strip().lower() for name in cells(names, 0)), cells(values, 0), strict=False))
 
 
 def _labels(lines, keys):
