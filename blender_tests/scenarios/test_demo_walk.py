@@ -60,6 +60,7 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
 def test_without_a_static_trial_soles_are_on_the_floor_too(tmp_path):
     subject = dataclasses.replace(subjects.walk(tmp_path, spacing=SPACING, frames=2 * FRAMES), standing=None)
     result = capture.carry(subject, tmp_path)
+    assert measures.rms(measures.laid_on(result.shapes, subject.truth), subject.truth).max() < 0.025 * subject.height
     assert measures.hover(result.shapes, subject.vertices, subject.planted) < 0.01
     assert measures.slide(result.shapes, subject.planted) < 0.01 * subject.height
 

@@ -15,8 +15,8 @@ from support import body_mesh, meshes, take_files, walking_figure
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
 LABELS = tuple(f"RING{vertex // SEGMENTS}_{vertex % SEGMENTS}" for vertex in MARKED)
-#: The walking figure's 41 markers, and a cuff around each thigh and shank.
-WITH_CUFFS = 45
+#: The walking figure's 41 markers, a cuff around each thigh and shank, and two of each foot.
+WITH_CUFFS = 49
 
 
 def _tube():
