@@ -119,7 +119,7 @@ def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
         foot, ankle = (_numbers(landmarks, side, names) for names in FOOT)
         captured = markers.copy()
         _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=limb.is_bent()))
-        if foot and ankle:
+        if foot and ankle and captured[foot, 2].mean() < captured[ankle, 2].mean():  # else the leg is held up
             markers[foot] = limb.foot(captured, markers, foot, ankle)
 
 
