@@ -27,8 +27,8 @@ FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
 PART, BENT = 0.15, 0.8
 #: Turns about the upright axis to start from, where landmarks do not tell the way.
 TURNS = 16
-#: What the scale may differ by from that of the heights of known landmarks, and where none is known.
-SCALE_KNOWN, SCALE_UNKNOWN = 0.08, 0.3
+#: What the scale may differ by from that of the heights of known landmarks, of lengths, and where none is known.
+SCALE_KNOWN, SCALE_BENT, SCALE_UNKNOWN = 0.08, 0.02, 0.3
 #: Meters of a person, and of which share a mesh or what is captured of one is at least as tall.
 PERSON, LOW = 1.75, 0.7
 #: How much the height of a landmark on an upright body counts beside the surface: along a leg the skin tells nothing.
@@ -203,8 +203,8 @@ def _scale_by_heights(markers, names, heights, height):
             weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
         by_parts, trunk = _tall_by_parts(markers, names, heights), heights > 0.5
         if tall < BENT * by_parts:
-            tall = by_parts
-            base = np.median(markers[trunk, 2] - tall * heights[trunk])
+            base = np.median(markers[trunk, 2] - by_parts * heights[trunk])
+            return height / by_parts, base, SCALE_BENT
         if tall > 0.0:
             return height / tall, base, SCALE_KNOWN
     tall = np.ptp(markers[:, 2])
