@@ -33,7 +33,6 @@ def test_built_in_sets_are_sound(marker_set):
 def test_prefixes_case_and_separators_do_not_matter():
     for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS"):
         assert marker_sets.recognise([spelled]).landmarks == ("pelvis.front.L",)
-    assert marker_sets.recognise(["LASIX"]).landmarks == (None,)
     for prefix in ("Skeleton_", "Skeleton 001_", "J_Bip_", "take1"):
         found = marker_sets.recognise([*(prefix + label for label in walking_figure.LABELS), "Crate:1", "Crate:2"])
         assert None not in found.landmarks[:-2]
@@ -87,7 +86,7 @@ def test_a_known_name_vouches_for_a_marker_that_is_not_far_away():
 def test_a_landmark_is_given_once_and_unknown_names_are_none():
     found = marker_sets.recognise(["LASI", "LASIS", "RASI", "*35", "LKNE"])
     assert found.landmarks == ("pelvis.front.L", None, "pelvis.front.R", None, "knee.L")
-    assert marker_sets.recognise(["*1", "*2"]) == ((None, None), ())
+    assert marker_sets.recognise(["*1", "LASIX"]) == ((None, None), ())
     assert marker_sets.recognise([]) == ((), ())
 
 
