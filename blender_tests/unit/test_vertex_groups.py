@@ -29,11 +29,3 @@ def test_weights(members):
     obj.vertex_groups["A"].add([2], 1e-6, 'REPLACE')
     obj.vertex_groups["A"].add([3], 0.0, 'REPLACE')
     assert members(obj, ["A"])["A"].tolist() == [1, 2]
-
-
-def test_groups_keep_their_members_when_one_before_them_is_removed(members):
-    obj = meshes.grid()
-    steps.add_group(obj, "A", [1])
-    steps.add_group(obj, "B", [2])
-    obj.vertex_groups.remove(obj.vertex_groups["A"])
-    assert members(obj, ["B"])["B"].tolist() == [2]

@@ -9,7 +9,8 @@ int main() {
     Eigen::MatrixXd V(2 * kRows, 3);
     Eigen::MatrixXi F(2 * kRows - 2, 3);
     for (int v = 0; v < V.rows(); ++v) {
-        V.row(v) << v / 2, v % 2, 0.0;
+        const int along = v / 2;
+        V.row(v) << along, v % 2, 0.0;
         if (v < F.rows()) F.row(v) << v, v + 2 - v % 2, v + 1 + v % 2;
     }
     const std::vector<int> anchors{0, 1, 2 * kRows - 2, 2 * kRows - 1};

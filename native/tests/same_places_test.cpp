@@ -30,9 +30,9 @@ TEST(SamePlaces, WhatIsNoPlaceIsAlone) {
 }
 
 TEST(SamePlaces, ACrowdCostsNoMoreThanSortingIt) {
-    std::vector<double> along;
-    for (int k = 0; k < 200000; ++k)
-        along.push_back((k % 2 == 0 ? 0.0 : 1.0) + 1e-7 * k);
+    std::vector<double> along(200000);
+    for (std::size_t k = 0; k < along.size(); ++k)
+        along[k] = (k % 2 == 0 ? 0.0 : 1.0) + 1e-7 * static_cast<double>(k);
     const std::vector<Index> apart = firsts(along, 0.5), together = firsts(along, 1.0);
     EXPECT_EQ(std::count(apart.begin(), apart.end(), 0), 100000);
     EXPECT_EQ(std::count(together.begin(), together.end(), 0), 200000);

@@ -55,7 +55,7 @@ def carry(subject, folder):
     seconds["bake"] = -at + (at := time.perf_counter())
     result = play(obj, seconds)
     seconds["play"] = -at + time.perf_counter()
-    bpy.context.scene.frame_set(1)
+    bpy.context.scene.frame_set(bpy.context.scene.frame_start)
     bpy.ops.wm.save_mainfile()
     return result
 
@@ -64,7 +64,7 @@ def bring_in(subject, obj):
     """Imports motion and reference: the mesh is active, so the first becomes its take."""
     scene, capture = bpy.context.scene, obj.meanvalue.capture
     pose.call(bpy.ops.meanvalue.import_motion, filepath=str(subject.take), time="CAPTURE")
-    scene.frame_end = capture.take.meanvalue.sample_count
+    scene.frame_end = scene.frame_start + capture.take.meanvalue.sample_count - 1
     before = set(bpy.data.collections)
     if subject.standing is not None:
         pose.call(bpy.ops.meanvalue.import_motion, filepath=str(subject.standing), extend_range=False)
