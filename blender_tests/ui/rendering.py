@@ -44,7 +44,7 @@ def an_animation_with_live_on(ui):
     yield from ui.screenshot("render_with_live_on")
     assert len(popped_up) == 1, popped_up
     text, is_problem = installed.part("live.engine").status(obj)
-    assert is_problem and "animated" in text, text
+    assert is_problem and "renders show one pose" in text, text
 
 
 def the_viewport_with_live_on(ui):
