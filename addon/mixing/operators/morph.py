@@ -10,19 +10,14 @@ from ...scene import shape_keys, subject, vertex_groups
 from ...widgets.base import MeshOperator
 from ..bridge import mixed_keys, morph_source
 
-WHOLE = (
-    "Take the shape of the other selected mesh as a shape key with a slider that turns instead of shrinking. Both need "
-    "the same faces"
-)
-PART = (
-    "Graft a part of the other selected mesh: the weights of the active vertex group say where it enters. Soft edges "
-    "blend"
-)
-
 
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
+    """Take the shape of the other selected mesh as a shape key with a slider that turns instead of shrinking. Both \
+need the same faces"""
+
     bl_idname = "meanvalue.morph"
     bl_label = "Morph to Selected"
+    switch = "part"
     problems = (shape_keys.absolute_problem,)
 
     source: StringProperty(
@@ -32,7 +27,8 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     )
     part: StringProperty(
         name="Part",
-        description="Vertex group of the part that is taken. Left empty: the whole shape",
+        description="Graft a part of the other selected mesh: the weights of this vertex group say where it enters. "
+        "Soft edges blend. Left empty: the whole shape",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
@@ -41,11 +37,6 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     )
     value: FloatProperty(name="Value", description="Where the slider is at first", default=1.0, min=0.0, max=1.0)
 
-    @classmethod
-    def description(cls, context, properties):
-        missing = _missing(context, subject.of(context), properties.part)
-        return (PART if properties.part else WHOLE) + (f".\n{missing}" if missing else "")
-
     def run(self, obj):
         source = bpy.data.objects.get(self.source)
         if source is None and self.source:
@@ -53,7 +44,7 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
         source = subject.other_mesh(bpy.context, obj, source)
         morph_source.require_alike(obj, source)
         if self.part:
-            vertex_groups.require(obj, self.part, "the part", "Choose another group")
+            vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
         shape, is_laid = morph_source.in_place(morph_source.shown_shape(source), obj, source)
         name = morph_source.add_key(obj, shape, self.name.strip() or source.name, self.value, self.part)
         notes = []
@@ -72,21 +63,6 @@ def draw_buttons(layout, context):
     obj = subject.of(context)
     groups = obj.vertex_groups if obj is not None and obj.type == 'MESH' else None
     part = groups.active.name if groups else "Group"
-    for text, name in ((MEANVALUE_OT_morph.bl_label, ""), ("Blend Part of Selected", part)):
-        row = layout.row()
-        row.operator_context = 'INVOKE_DEFAULT'
-        row.enabled = _missing(context, obj, name) is None
-        row.operator(MEANVALUE_OT_morph.bl_idname, text=text, icon='GROUP_VERTEX' if name else 'ADD').part = name
-
-
-def _missing(context, obj, part=""):
-    """What the artist has yet to choose, or None."""
-    if obj is None or obj.type != 'MESH':
-        return "There is no active mesh"
-    try:
-        subject.other_mesh(context, obj)
-    except SceneError as error:
-        return str(error)
-    if part and part not in obj.vertex_groups:
-        return "There is no vertex group that says where the part is. Select it in Edit Mode and assign a group"
-    return None
+    layout.operator_context = 'INVOKE_DEFAULT'
+    layout.operator(MEANVALUE_OT_morph.bl_idname, icon='ADD').part = ""
+    layout.operator(MEANVALUE_OT_morph.bl_idname, text="Blend Part of Selected", icon='GROUP_VERTEX').part = part
