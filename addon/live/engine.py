@@ -44,7 +44,7 @@ def _draw_what_is_quiet():
 def frame_changed(depsgraph):
     if depsgraph.mode == 'RENDER':  # on the thread that renders: only looks, and leaves all else to the main thread
         for key, obj, follower in roll.known() if _is_rendering else ():
-            render_notes.look(key, obj, follower, depsgraph)
+            render_notes.look(key, obj, follower, depsgraph.scene.frame_current)
         return
     if _is_idle():
         return

@@ -43,7 +43,7 @@ class Following:
     solve_seconds  of the last solve
 
     Subclasses define READS, a kind of scene/object_model.py; in words FOLLOWS, LABEL and AND_EXPORTS, what to mind
-    besides; asks_for(obj), whether `obj` is theirs, and turn(obj, is_on); places(), is_animated(), why_hidden(),
+    besides; asks_for(obj), whether `obj` is theirs, and turn(obj, is_on); is_animated(), on any thread; why_hidden(),
     notes(); and what is called here and begins with an underscore and is not defined here.
     """
 

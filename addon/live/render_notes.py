@@ -5,12 +5,10 @@ Frames are rendered on a thread of their own, where handlers may look and not wr
 told by the console at once, and by a popup and the panel as soon as Blender calls a timer.
 """
 
-import numpy as np
-
 from .. import wording
 from ..scene import views
 
-_at_first = {}  # identity of an object: where its controls and sliders were in the first frame
+_at_first = {}  # identity of an object: the first frame
 _notes = {}  # identity of an object: what is to be told, and whether only until it is solved
 untold = []  # notes that no popup has shown
 
@@ -25,15 +23,13 @@ def begin(unsettled):
         _tell(identity, f"'{name}' was still being solved when the render began. Wait for it, and render again", True)
 
 
-def look(identity, obj, follower, depsgraph):
-    """A frame is about to be rendered of what `depsgraph` has evaluated."""
-    if identity in _notes or obj.meanvalue.baked.target:
+def look(identity, obj, follower, frame):
+    """A frame is about to be rendered."""
+    is_first = _at_first.setdefault(identity, frame) == frame
+    if is_first or identity in _notes or obj.meanvalue.baked.target or not follower.is_animated(obj):
         return
-    now = follower.places(obj, depsgraph)
-    first = _at_first.setdefault(identity, now)
-    if len(first) == len(now) and np.allclose(first, now, rtol=0.0, atol=1e-6):
-        return
-    _tell(identity, f"The {follower.FOLLOWS} of '{obj.name}' moved, but renders show one pose. Bake, and render again")
+    moving = f"The {follower.FOLLOWS} of '{obj.name}' are animated"
+    _tell(identity, f"{moving}, but renders show one pose. Bake, and render again")
 
 
 def of(identity, is_behind):

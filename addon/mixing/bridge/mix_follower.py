@@ -46,13 +46,6 @@ class MixFollower(Following):
         obj.meanvalue.mix.is_on = is_on
 
     @staticmethod
-    def places(obj, depsgraph):
-        """Where the sliders are, as numbers to be compared."""
-        keys = obj.data.shape_keys.evaluated_get(depsgraph) if obj.data.shape_keys else None
-        names = {key.name for key in mixed_keys.mixed(obj)} if keys else ()
-        return np.array([key.value for key in keys.key_blocks if key.name in names]) if keys else np.empty(0)
-
-    @staticmethod
     def is_animated(obj):
         return obj.data.shape_keys is not None and actions.is_animated(obj.data.shape_keys)
 

@@ -63,23 +63,6 @@ class Follower(Following):
     def is_animated(obj):
         return any(actions.is_animated(handle.control) for handle in targets.moved_handles(obj))
 
-    @staticmethod
-    def places(obj, depsgraph):
-        """Where the controls are in the object's space, as numbers to be compared. On any thread."""
-        world = obj.evaluated_get(depsgraph).matrix_world.inverted_safe()
-        rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']  # followed in renders
-        found = []
-        for handle in targets.moved_handles(obj):
-            control = handle.control
-            if control in rigs:
-                continue
-            evaluated = control.evaluated_get(depsgraph)
-            place = world @ evaluated.matrix_world
-            if control.type == 'ARMATURE' and handle.bone in evaluated.pose.bones:
-                place = place @ evaluated.pose.bones[handle.bone].matrix
-            found.append(np.array(place).ravel())
-        return np.concatenate(found) if found else np.empty(0)
-
     def is_settled(self, obj):
         return super().is_settled(obj) and (self.problem is not None or self._drafted() is None)
 
