@@ -12,15 +12,6 @@ def vertices(count):
     return counted(count, "vertex", "vertices")
 
 
-def seconds(value):
-    """As many figures as it takes to see what is slow: "0.4 ms", "35 ms", "2.31 s", "140 s"."""
-    if value < 0.001:
-        return f"{value * 1000:.1g} ms"
-    if value < 1.0:
-        return f"{value * 1000:.0f} ms"
-    return f"{value:.2f} s" if value < 100.0 else f"{value:.0f} s"
-
-
 def share(value):
     """A part of something, from 0 to 1: "0%", "less than 0.1%", "4.2%"."""
     return "less than 0.1%" if 0.0 < value < 0.0005 else f"{value:.1%}" if value else "0%"

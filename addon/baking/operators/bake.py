@@ -22,6 +22,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_label = "Bake"
     bl_description = "Solve every frame of the animated handles or sliders, into a point cache or shape keys"
     doing = "Baking"
+    problems = (lambda obj: None if bakeable.of(obj) else scene_input.unheld_problem(obj),)
 
     __annotations__ = {
         **properties.unsaved(properties.OPTIONS),
@@ -31,11 +32,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             options={'SKIP_SAVE'},
         ),
     }
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        return problem if problem or bakeable.of(obj) else scene_input.unheld_problem(obj)
 
     def invoke(self, context, event):
         obj = subject.of(context)

@@ -15,19 +15,13 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     bl_idname = "meanvalue.unbake"
     bl_label = "Remove Bake"
     switch = "keep_bake"
+    problems = (lambda obj: None if obj.meanvalue.baked.target else f"'{obj.name}' is not baked",)
 
     keep_bake: BoolProperty(
         name="Keep Bake, Remove Handles",
         description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.baked.target:
-            problem = f"'{obj.name}' is not baked"
-        return problem
 
     def run(self, obj):
         if self.keep_bake:

@@ -16,6 +16,13 @@ ADVICE = "Raise the tolerance, or bake the animation to a point cache"
 MOST_KEYS = 60
 
 
+def _problem(obj):
+    """Why nothing can be baked, nor removed, in words, or None."""
+    if obj.meanvalue.baked.target:
+        return f"A bake of '{obj.name}' plays already. Press Remove Bake first"
+    return None if mixed_keys.in_between_names(obj) else mixed_keys.problem(obj)
+
+
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
@@ -24,6 +31,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         "without the add-on"
     )
     switch = "remove"
+    problems = (_problem,)
     doing = "Baking the mix of"
 
     remove: bpy.props.BoolProperty(
@@ -31,15 +39,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
         description="Take away the in-between keys that are there. The sliders mix in straight lines then, or live",
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and obj.meanvalue.baked.target:
-            problem = f"A bake of '{obj.name}' plays already. Press Remove Bake first"
-        if problem is None and mixed_keys.in_between_names(obj):
-            return None  # they can be removed
-        return problem or mixed_keys.problem(obj)
 
     def prepare(self, obj):
         if self.remove:

@@ -12,6 +12,15 @@ from ...widgets.base import MeshOperator
 from ..bridge import controls, new_handles, region, scene_input
 
 
+def _problem(obj):
+    """Why nothing is chosen to be held, in words, or None."""
+    if obj.mode == 'EDIT':
+        return None if obj.data.total_vert_sel else "No vertices are selected. Select the ones to hold"
+    if subject.mode_problem(obj):
+        return f"{subject.mode_problem(obj)}, or go to Edit Mode"
+    return None if len(obj.vertex_groups) else "Select vertices in Edit Mode first, or make a vertex group"
+
+
 class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
 
@@ -19,6 +28,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     bl_label = "Add Handle"
     switch = "pin"
     needs_object_mode = False
+    problems = (_problem,)
 
     pin: bpy.props.BoolProperty(
         name="Pin",
@@ -71,17 +81,6 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         if not self.pin:
             layout.prop(self, "size")
             layout.prop(self, "live")
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and obj.mode != 'EDIT' and subject.mode_problem(obj):
-            problem = f"{subject.mode_problem(obj)}, or go to Edit Mode"
-        if problem is None and obj.mode == 'EDIT' and obj.data.total_vert_sel == 0:
-            problem = "No vertices are selected. Select the ones to hold"
-        if problem is None and obj.mode == 'OBJECT' and len(obj.vertex_groups) == 0:
-            problem = "Select vertices in Edit Mode first, or make a vertex group"
-        return problem
 
     def run(self, obj):
         controls.remove_deleted(obj)

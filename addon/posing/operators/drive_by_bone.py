@@ -14,11 +14,28 @@ AXES = "XYZ"
 LEAST_ANGLE = 0.01
 
 
+def _problem(obj):
+    """Why the kept pose takes no driver, in words, or None."""
+    key = shape_keys.kept(obj)
+    if key is None:
+        return "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
+    if rig_space.armature(obj) is None:
+        return f"'{obj.name}' follows no armature, whose bones could drive the pose"
+    animation = obj.data.shape_keys.animation_data
+    curve = animation and animation.drivers.find(shape_keys.value_path(key.name))
+    if not curve:
+        return None
+    used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
+    by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
+    return f"Shape key '{key.name}' is driven already{by and f' by {by}'}. To replace that, delete its driver first"
+
+
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     """Have a bone drive the kept pose: off where the bone rests, fully on at the angle that it has now"""
 
     bl_idname = "meanvalue.drive_by_bone"
     bl_label = "Drive by Bone"
+    problems = (_problem,)
 
     bone: bpy.props.StringProperty(
         name="Bone",
@@ -38,15 +55,6 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         subtype='ANGLE',
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and shape_keys.kept(obj) is None:
-            problem = "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
-        if problem is None and rig_space.armature(obj) is None:
-            problem = f"'{obj.name}' follows no armature, whose bones could drive the pose"
-        return problem or _driven_problem(obj)
 
     def invoke(self, context, _event):
         obj = subject.of(context)
@@ -92,17 +100,6 @@ def _angles(rig, bone):
     """How far a pose bone is turned around each of its own axes, as the driver's variable has it."""
     local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
     return [local.to_quaternion().to_swing_twist(axis)[1] for axis in AXES]
-
-
-def _driven_problem(obj):
-    """Why the kept pose takes no driver, in words, or None."""
-    animation, key = obj.data.shape_keys.animation_data, shape_keys.kept(obj)
-    curve = animation and animation.drivers.find(shape_keys.value_path(key.name))
-    if not curve:
-        return None
-    used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
-    by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
-    return f"Shape key '{key.name}' is driven already{by and f' by {by}'}. To replace that, delete its driver first"
 
 
 def _drive(key, rig, bone, axis, angle):

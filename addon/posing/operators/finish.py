@@ -16,11 +16,26 @@ from .pose import SettledOperator
 SAME_POSE = 1e-4
 
 
+def _problem(obj):
+    """Why there is nothing to finish, or it is not this object's alone, as a sentence, or None."""
+    if not obj.meanvalue.handles and not shape_keys.result(obj):
+        return f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
+    if obj.meanvalue.baked.target:
+        return shape_keys.BAKE_PLAYS
+    for other in shape_keys.sharing(obj):
+        theirs = other.meanvalue
+        is_posed = any(handle.follows != 'REST' for handle in theirs.handles)
+        if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
+            return f"'{other.name}' poses the same mesh by its own handles. Remove those, or make it a single user"
+    return None
+
+
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     """Remove handles, pins and what was made for them, and keep the pose, or take it back"""
 
     bl_idname = "meanvalue.finish"
     bl_label = "Finish"
+    problems = (_problem,)
 
     keep: bpy.props.EnumProperty(
         name="Keep",
@@ -32,15 +47,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         ),
         default='SHAPE_KEY',
     )
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.handles and not shape_keys.result(obj):
-            problem = f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
-        if problem is None and obj.meanvalue.baked.target:
-            problem = shape_keys.BAKE_PLAYS
-        return problem or _posed_by_another(obj)
 
     @classmethod
     def description(cls, _context, properties):
@@ -74,16 +80,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         if is_posed and self.keep == 'REST':
             return "The pose is the rest shape now", notes
         return "The mesh is as it was", []
-
-
-def _posed_by_another(obj):
-    """Why the pose is not this object's alone to finish, as a sentence, or None."""
-    for other in shape_keys.sharing(obj):
-        theirs = other.meanvalue
-        is_posed = any(handle.follows != 'REST' for handle in theirs.handles)
-        if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
-            return f"'{other.name}' poses the same mesh by its own handles. Remove those, or make it a single user"
-    return None
 
 
 def _leave_copies(obj):

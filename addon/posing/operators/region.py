@@ -52,20 +52,19 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         return f"The region '{settings.roi_group}' has {count} around '{handle.name}'", []
 
 
+def _unpaintable(obj):
+    """Why the object cannot be painted, in words, or None."""
+    problem = None if obj.mode == 'WEIGHT_PAINT' else subject.mode_problem(obj)
+    return problem or (None if obj.visible_get() else f"'{obj.name}' is hidden, so it cannot be painted. Show it first")
+
+
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
     """Paint the region: what has a weight may move. Press again when it is right"""
 
     bl_idname = "meanvalue.paint_region"
     bl_label = "Paint Region"
     needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        is_painting = obj is not None and obj.mode == 'WEIGHT_PAINT'
-        problem = super().problem(obj) or (None if is_painting else subject.mode_problem(obj))
-        if problem is None and not obj.visible_get():
-            problem = f"'{obj.name}' is hidden, so it cannot be painted. Show it first"
-        return problem
+    problems = (_unpaintable,)
 
     def run(self, obj):
         if obj.mode == 'WEIGHT_PAINT':

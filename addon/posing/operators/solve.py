@@ -45,13 +45,7 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scri
     bl_idname = "meanvalue.unbind"
     bl_label = "Unbind"
     needs_object_mode = False
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.bound.is_bound:
-            problem = f"'{obj.name}' is not bound"
-        return problem
+    problems = (lambda obj: None if obj.meanvalue.bound.is_bound else f"'{obj.name}' is not bound",)
 
     def run(self, obj):
         bound_record.release(obj.meanvalue.bound)
@@ -73,8 +67,7 @@ class SolvingOperator(BackgroundOperator):
         ]
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
-        solved_into = f"Solved into '{obj.meanvalue.result_key}' in {wording.seconds(solution.timings['total'])}"
-        return ". ".join([solved_into, *notes, *subject.sharing_notes(obj)]), warnings
+        return ". ".join([f"Solved into '{obj.meanvalue.result_key}'", *notes, *subject.sharing_notes(obj)]), warnings
 
 
 class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
@@ -88,11 +81,18 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
         return Posing(obj, CONTROLS)
 
 
+def _without_keys(obj):
+    if obj.data.shape_keys is None:
+        return "There are no shape keys. Add one, and move the vertices of handles in it, in Edit Mode"
+    return None
+
+
 class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     """Put handles and pins where a shape key has their vertices, and the rest of the mesh after them, once"""
 
     bl_idname = "meanvalue.solve_from_key"
     bl_label = "Solve from Shape Key"
+    problems = (scene_input.unheld_problem, _without_keys, shape_keys.result_problem)
 
     key: bpy.props.StringProperty(
         name="Shape Key",
@@ -100,13 +100,6 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj) or scene_input.unheld_problem(obj)
-        if problem is None and obj.data.shape_keys is None:
-            problem = "There are no shape keys. Add one, and move the vertices of handles in it, in Edit Mode"
-        return problem or shape_keys.result_problem(obj)
 
     def prepare(self, obj):
         self.key = self.key or _active_key(obj)
