@@ -8,7 +8,8 @@ import re
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CORE = ROOT / "native" / "meanvalue"
+NATIVE = ROOT / "native"
+CORE = ("include/", "meanvalue/", "reference/")
 # A folder may include itself and those named here.
 ALLOWED = {
     "common": set(),
@@ -19,13 +20,14 @@ ALLOWED = {
     "optimise": {"common", "mesh", "encoding", "linalg"},
     "examples": {"common", "mesh", "encoding", "linalg"},
     "decode": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples"},
-    "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode"},
+    "paper": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
+    "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode", "paper"},
     "sliders": {"common", "linalg"},
     "sequence": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
     "morph": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
     "meanvalue.h": {"common", "deform", "sequence", "morph", "sliders"},
     # What we are compared with; nothing of the product depends on it.
-    "baselines": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
+    "reference": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
 }
 
 
@@ -39,6 +41,11 @@ def includes(path):
     return re.findall(r'^\s*#include\s+[<"]([^>"]+)[>"]', path.read_text(), re.MULTILINE)
 
 
+def folder_of(path):
+    """The part of the core that a file belongs to, by its path below native/ or as it is included."""
+    return path.removeprefix("include/").removeprefix("meanvalue/").split("/")[0]
+
+
 def imported_modules(path):
     """Names of all modules that a Python file imports, relative ones with their dots."""
     for node in ast.walk(ast.parse(path.read_text())):
@@ -49,12 +56,13 @@ def imported_modules(path):
 
 
 def test_core_includes_point_downwards():
-    for path in sources(CORE, ".h", ".cpp"):
-        folder = path.relative_to(CORE).parts[0]
+    for path in (path for part in CORE for path in sources(NATIVE / part, ".h", ".cpp")):
+        folder = folder_of(path.relative_to(NATIVE).as_posix())
         for include in includes(path):
-            if include.startswith("meanvalue/"):
-                below = include.split("/")[1]
+            if include.startswith(CORE):
+                below = folder_of(include)
                 assert below == folder or below in ALLOWED[folder], f"{path} includes {include}"
+                assert "include" not in path.parts or (NATIVE / "include" / include).exists(), f"{path} is public"
             assert not include.startswith(("pybind11/", "Python.h", "bindings/")), f"{path} includes {include}"
 
 
@@ -68,15 +76,10 @@ def test_openmesh_is_included_in_one_file_and_no_library_factors():
     assert users == {"OpenMesh/": {"triangle_mesh.cpp"}, "Eigen/CholmodSupport": set(), "Eigen/SparseCholesky": set()}
 
 
-def test_baselines_are_included_by_bindings_tests_and_benchmarks_only():
-    users = {
-        path.relative_to(ROOT / "native").parts
-        for path in sources(ROOT / "native", ".h", ".cpp")
-        if any(include.startswith("meanvalue/baselines/") for include in includes(path))
-    }
-    assert users
-    for parts in users:
-        assert parts[:2] == ("meanvalue", "baselines") or parts[0] in ("bindings", "tests", "benchmarks"), parts
+def test_reference_methods_are_included_by_bindings_tests_and_benchmarks_only():
+    every = sources(NATIVE, ".h", ".cpp")
+    users = {path.relative_to(NATIVE).parts[0] for path in every if '#include "reference/' in path.read_text()}
+    assert users and users <= {"reference", "bindings", "tests", "benchmarks"}
 
 
 ADDON = ROOT / "addon"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meanvalue/linalg/block_matrix.h"
+#include "meanvalue/linalg/sparse_matrix.h"
 
 namespace meanvalue::benchmarks {
 

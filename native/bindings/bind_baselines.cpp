@@ -3,12 +3,12 @@
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
 #include "bindings/task.h"
-#include "meanvalue/baselines/arap.h"
-#include "meanvalue/baselines/laplacian.h"
-#include "meanvalue/baselines/laplacian_surface_editing.h"
-#include "meanvalue/baselines/poisson_morph.h"
-#include "meanvalue/baselines/pyramid.h"
-#include "meanvalue/baselines/rotation_invariant.h"
+#include "reference/arap.h"
+#include "reference/laplacian.h"
+#include "reference/laplacian_surface_editing.h"
+#include "reference/poisson_morph.h"
+#include "reference/pyramid.h"
+#include "reference/rotation_invariant.h"
 
 namespace meanvalue::bindings {
 namespace {

@@ -1,12 +1,12 @@
-#include "meanvalue/baselines/arap.h"
+#include "reference/arap.h"
 
 #include <numeric>
 
-#include "meanvalue/baselines/edge_laplacian.h"
-#include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/procrustes.h"
+#include "reference/edge_laplacian.h"
+#include "reference/laplacian.h"
 
 namespace meanvalue::baselines {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

@@ -1,4 +1,4 @@
-#include "meanvalue/baselines/edge_laplacian.h"
+#include "reference/edge_laplacian.h"
 
 #include <cmath>
 

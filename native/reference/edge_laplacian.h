@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "meanvalue/baselines/problem.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

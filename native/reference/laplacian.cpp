@@ -1,6 +1,6 @@
-#include "meanvalue/baselines/laplacian.h"
+#include "reference/laplacian.h"
 
-#include "meanvalue/baselines/least_squares.h"
+#include "reference/least_squares.h"
 
 namespace meanvalue::baselines {
 namespace {

@@ -1,7 +1,7 @@
 // Laplacian coordinates: Alexa, "Differential coordinates for local mesh morphing and deformation", 2003.
 #pragma once
 
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

@@ -1,13 +1,13 @@
-#include "meanvalue/baselines/laplacian_surface_editing.h"
+#include "reference/laplacian_surface_editing.h"
 
 #include <Eigen/Eigenvalues>
 #include <vector>
 
-#include "meanvalue/baselines/least_squares.h"
 #include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/procrustes.h"
+#include "reference/least_squares.h"
 
 namespace meanvalue::baselines {
 namespace {

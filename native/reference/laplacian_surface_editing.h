@@ -1,7 +1,7 @@
 // Laplacian surface editing: Sorkine, Cohen-Or, Lipman, Alexa, Roessl, Seidel, SGP 2004.
 #pragma once
 
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

@@ -4,8 +4,8 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "meanvalue/baselines/problem.h"
 #include "meanvalue/linalg/supernodal_factor.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

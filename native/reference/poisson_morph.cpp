@@ -1,4 +1,4 @@
-#include "meanvalue/baselines/poisson_morph.h"
+#include "reference/poisson_morph.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

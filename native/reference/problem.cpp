@@ -1,4 +1,4 @@
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/parallel.h"

@@ -1,4 +1,4 @@
-#include "meanvalue/baselines/pyramid.h"
+#include "reference/pyramid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Pyramid coordinates: Sheffer and Kraevoy, "Pyramid coordinates for morphing and deformation", 3DPVT 2004.
 #pragma once
 
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

@@ -1,10 +1,10 @@
-#include "meanvalue/baselines/rotation_invariant.h"
+#include "reference/rotation_invariant.h"
 
 #include <Eigen/Eigenvalues>
 
-#include "meanvalue/baselines/edge_laplacian.h"
-#include "meanvalue/baselines/laplacian.h"
 #include "meanvalue/linalg/procrustes.h"
+#include "reference/edge_laplacian.h"
+#include "reference/laplacian.h"
 
 namespace meanvalue::baselines {
 namespace {

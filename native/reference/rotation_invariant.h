@@ -1,7 +1,7 @@
 // Linear rotation-invariant coordinates: Lipman, Sorkine, Levin and Cohen-Or, SIGGRAPH 2005.
 #pragma once
 
-#include "meanvalue/baselines/problem.h"
+#include "reference/problem.h"
 
 namespace meanvalue::baselines {
 

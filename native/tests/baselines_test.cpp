@@ -2,13 +2,13 @@
 #include <cmath>
 #include <functional>
 
-#include "meanvalue/baselines/arap.h"
-#include "meanvalue/baselines/laplacian.h"
-#include "meanvalue/baselines/laplacian_surface_editing.h"
-#include "meanvalue/baselines/pyramid.h"
-#include "meanvalue/baselines/rotation_invariant.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/linalg/procrustes.h"
+#include "reference/arap.h"
+#include "reference/laplacian.h"
+#include "reference/laplacian_surface_editing.h"
+#include "reference/pyramid.h"
+#include "reference/rotation_invariant.h"
 #include "tests/fast_poses.h"
 
 namespace meanvalue::tests {

@@ -1,4 +1,4 @@
-#include "meanvalue/optimise/gauss_newton_system.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "meanvalue/baselines/least_squares.h"
+#include "reference/least_squares.h"
 
 #include <Eigen/QR>
 #include <numeric>

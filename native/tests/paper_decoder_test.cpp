@@ -1,4 +1,4 @@
-#include "meanvalue/decode/paper_decoder.h"
+#include "meanvalue/paper/paper_decoder.h"
 
 #include <cmath>
 

@@ -9,7 +9,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-HEADERS = ROOT / "native" / "meanvalue"
+HEADERS = ROOT / "native" / "include" / "meanvalue"
 
 #: The public headers, then what they include.
 PUBLIC = (

@@ -10,15 +10,14 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CORE, ADDON = ROOT / "native" / "meanvalue", ROOT / "addon"
-BINDINGS = "bindings"
+NATIVE, ADDON = ROOT / "native", ROOT / "addon"
 BOX, GAP, STEP, MARGIN, HEAD = (104, 34), 18, 74, 14, 30
-COLORS = {"Solver: native/meanvalue/": "#4a7fb5", "Add-on: addon/": "#c46a3a"}
+COLORS = {"Solver: native/": "#4a7fb5", "Add-on: addon/": "#c46a3a"}
 
 
 def included(path):
     """Names of folders of the solver that a file includes from."""
-    return re.findall(r'(?m)^#include "meanvalue/(\w+)/', path.read_text())
+    return re.findall(r'(?m)^#include "(?:meanvalue/(?=\w+/))?(\w+)/', path.read_text())
 
 
 def imported(path):
@@ -96,7 +95,8 @@ def panel(title, graph, left, height):
 
 
 def main(path):
-    folders = [path for path in CORE.iterdir() if path.is_dir()] + [CORE.parent / BINDINGS]
+    folders = [path for path in (NATIVE / "meanvalue").iterdir() if path.is_dir()]
+    folders += [NATIVE / "reference", NATIVE / "bindings"]
     solver = uses(folders, (".h", ".cpp"), included)
     rooms = [path for path in ADDON.iterdir() if (path / "__init__.py").exists()]
     addon = uses(rooms, (".py",), imported)

@@ -8,8 +8,6 @@
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/decode/fast/fast_decoder.h"
-#include "meanvalue/decode/full_decoder.h"
-#include "meanvalue/decode/paper_decoder.h"
 #include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/example_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
@@ -17,6 +15,8 @@
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/optimise/ring_limit.h"
+#include "meanvalue/paper/full_decoder.h"
+#include "meanvalue/paper/paper_decoder.h"
 
 namespace meanvalue {
 namespace {

@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/linalg/block_matrix.h"
 #include "meanvalue/linalg/front_kernels.h"
+#include "meanvalue/linalg/sparse_matrix.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
 
 namespace meanvalue {

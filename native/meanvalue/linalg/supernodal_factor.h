@@ -8,8 +8,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/block_matrix.h"
 #include "meanvalue/linalg/elimination_tasks.h"
+#include "meanvalue/linalg/sparse_matrix.h"
 #include "meanvalue/linalg/supernodal_kernels.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
 

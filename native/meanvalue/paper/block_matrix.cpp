@@ -1,4 +1,4 @@
-#include "meanvalue/linalg/block_matrix.h"
+#include "meanvalue/paper/block_matrix.h"
 
 #include <algorithm>
 

@@ -1,16 +1,13 @@
 // A symmetric sparse matrix of 3 x 3 blocks with a fixed pattern, filled anew at each iteration.
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/linalg/sparse_matrix.h"
 
 namespace meanvalue {
-
-/// 64-bit offsets: the factor of a million free vertices has more than 2^31 entries.
-using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 /// The lower triangle, by columns. Blocks on the diagonal are whole: who reads matrix() must ignore what these hold
 /// above the diagonal.

@@ -1,4 +1,4 @@
-#include "meanvalue/decode/full_decoder.h"
+#include "meanvalue/paper/full_decoder.h"
 
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"

@@ -7,9 +7,9 @@
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
-#include "meanvalue/optimise/gauss_newton_system.h"
-#include "meanvalue/optimise/levenberg_marquardt.h"
 #include "meanvalue/optimise/unknowns.h"
+#include "meanvalue/paper/gauss_newton_system.h"
+#include "meanvalue/paper/levenberg_marquardt.h"
 
 namespace meanvalue {
 

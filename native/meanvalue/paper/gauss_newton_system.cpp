@@ -1,8 +1,8 @@
-#include "meanvalue/optimise/gauss_newton_system.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/linalg/product_pattern.h"
+#include "meanvalue/paper/product_pattern.h"
 
 namespace meanvalue {
 

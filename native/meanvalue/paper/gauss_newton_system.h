@@ -6,8 +6,8 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/linalg/block_matrix.h"
 #include "meanvalue/optimise/unknowns.h"
+#include "meanvalue/paper/block_matrix.h"
 
 namespace meanvalue {
 

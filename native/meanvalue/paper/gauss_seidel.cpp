@@ -1,4 +1,4 @@
-#include "meanvalue/optimise/gauss_seidel.h"
+#include "meanvalue/paper/gauss_seidel.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-#include "meanvalue/optimise/levenberg_marquardt.h"
+#include "meanvalue/paper/levenberg_marquardt.h"
 
 #include <algorithm>
 #include <cmath>

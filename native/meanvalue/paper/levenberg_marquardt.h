@@ -7,8 +7,8 @@
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/optimise/gauss_newton_system.h"
 #include "meanvalue/optimise/unknowns.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
 

@@ -1,4 +1,4 @@
-#include "meanvalue/linalg/product_pattern.h"
+#include "meanvalue/paper/product_pattern.h"
 
 #include <algorithm>
 
