@@ -43,10 +43,3 @@ def test_every_row_is_within_the_tolerance(tolerance):
         assert len(kept) < 40
     if tolerance == 0.0:
         assert len(kept) == 60
-
-
-def test_frames_that_the_pose_snaps_at_are_told_with_what_to_do():
-    problems = ["", bake_times.SNAPS, "", "stopped early"]
-    assert list(bake_times.notes([1, 2, 2.5, 3], problems)) == [
-        "1 frame stopped early (3)", "The pose snaps at frame 2: key one in between",
-    ]  # fmt: skip

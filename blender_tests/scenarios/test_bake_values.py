@@ -239,11 +239,6 @@ def test_what_is_animated_already_is_kept_unless_replaced(face):
     assert bake() == {'FINISHED'}
 
 
-def test_without_handles_and_without_a_take(face):
-    with pytest.raises(RuntimeError, match="no handles yet"):
-        bake()
-
-
 def test_one_undo_takes_it_back(face):
     with_handles(face, faces.values(20))
     bpy.ops.ed.undo_push(message="before")

@@ -95,12 +95,6 @@ def imported(path, messages, **options):
     return (scene.frame_start, scene.frame_end), messages()
 
 
-def test_the_report_is_a_line_for_each_sentence(tmp_path, capfd):
-    take_files.bring_in(take_files.write_trc(tmp_path / "swing.trc", *take_files.waves()))
-    said = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: ")]
-    assert "Info: No gaps." in said[:-1] and "5 markers, 120 samples" in said[-1] and len(said[-1].split()) <= 15
-
-
 def test_ends_without_any_marker_are_told_and_left_out_of_the_range(tmp_path, capfd):
     labels, positions = take_files.waves()
     positions[:30] = positions[95:] = np.nan

@@ -41,12 +41,9 @@ def counts():
     return {name: len(getattr(bpy.data, name)) for name in ("objects", "collections", "actions", "meshes")}
 
 
-def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path, capfd):
+def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     obj, take = set_up(tmp_path)
     match()
-    said = [line.split(": ", 1)[1] for line in capfd.readouterr().out.splitlines() if line.startswith("Info: ")]
-    assert said[-1] == f"{len(LABELS)} markers matched to '{obj.name}' at frame 1. Press Live, or Bake."
-    assert len(said) > 3 and max(len(line.split()) for line in said) < 35
     assert max(empty.empty_display_size for empty in take.objects) < obj.meanvalue.handles[0].control.empty_display_size
     lines = obj.meanvalue.handles
     pairs = obj.meanvalue.capture.pairs

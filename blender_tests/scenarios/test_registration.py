@@ -132,8 +132,9 @@ def test_every_operator_has_a_tooltip_and_an_undo_step():
     for name in names:
         kind = getattr(bpy.types, name)
         assert name == "MEANVALUE_OT_copy_system_info" or 'UNDO' in kind.bl_options, name
-        description = getattr(bpy.ops.meanvalue, kind.bl_idname.split(".")[1]).get_rna_type().description
-        assert len(description) > 20 and not description.endswith(".")
+        rna = getattr(bpy.ops.meanvalue, kind.bl_idname.split(".")[1]).get_rna_type()
+        assert len(rna.description) > 20 and not rna.description.endswith(".")
+        assert all(each.description or each.is_hidden for each in list(rna.properties)[1:]), name
 
 
 def test_version_is_that_of_the_solver(native):

@@ -143,12 +143,3 @@ def test_what_cannot_be_read_changes_nothing(face, tmp_path, content, words):
     with pytest.raises(RuntimeError, match=words):
         run(tmp_path / "take.csv", content)
     assert face.data.shape_keys.animation_data is None
-
-
-def test_meshes_without_shape_keys_and_absolute_ones_say_so(face, tmp_path):
-    face.data.shape_keys.use_relative = False
-    with pytest.raises(RuntimeError, match="absolute"):
-        run(tmp_path / "take.csv")
-    face.shape_key_clear()
-    with pytest.raises(RuntimeError, match="no shape keys besides the Basis"):
-        run(tmp_path / "take.csv")

@@ -89,15 +89,10 @@ def draw(part, monkeypatch):
     return draw
 
 
-def test_without_an_object(draw):
-    assert "There is no active object. Click a mesh object." in draw(None).labels
-
-
 def test_at_most_8_controls_on_a_fresh_mesh(draw):
     layout = draw(meshes.grid())
     assert 3 <= len(layout.controls) <= 8, layout.controls
     assert "operator meanvalue.grab" in layout.text
-    assert "Press on the mesh and drag" in layout.labels
 
 
 def test_at_most_20_controls_with_handles(draw):
@@ -134,9 +129,6 @@ def test_the_status_tells_only_what_is_to_be_done(draw):
     assert "operator meanvalue.bind" in draw(obj).text
     bpy.ops.meanvalue.bind()
     assert obj.meanvalue.handles["B"].control is not None
-    obj.shape_key_add(name="Basis")
-    obj.meanvalue.result_key = "Basis"
-    assert "must not be overwritten" in draw(obj).labels
 
 
 def test_a_bake_that_plays_is_on_top_of_all(draw, tmp_path):
@@ -193,6 +185,6 @@ def test_buttons_that_differ_by_a_property_have_tooltips_of_their_own():
         properties = bpy.context.window_manager.operator_properties_last(cls.bl_idname)
         switch = "keep" if hasattr(properties, "keep") else getattr(cls, "switch", "")
         for value in ('SHAPE_KEY', 'REST', 'NOTHING') if switch == "keep" else (True,) if switch else ():
-            setattr(properties, switch, value)
+            setattr(properties, switch, type(getattr(properties, switch))(value))
             told.append(cls.description(bpy.context, properties))
     assert len(told) > 7 and all(told) and len(set(told)) == len(told)

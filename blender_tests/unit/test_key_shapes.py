@@ -59,9 +59,6 @@ def test_what_is_not_ours_to_move_is_left_alone_and_said_so(obj, key_shapes):
         "Copy": "without effect",
         **({"Locked": "locked"} if locked else {}),
     }
-    note = key_shapes.left_alone_note(found.left_alone)
-    assert "'Muted' (muted), 'Driven' (moved by a driver)" in note
-    assert note.endswith("are left alone")
 
 
 def test_nothing_to_drive_is_told(obj, key_shapes, part):
