@@ -116,30 +116,16 @@ def file_handler():
     return getattr(bpy.types, "FileHandler", None)
 
 
-def lines_shader():
-    """Built-in shader for lines, each end of its colour: `pos`, `color`, uniforms `lineWidth`, `viewportSize`."""
-    return _first_shader("POLYLINE_FLAT_COLOR", "3D_POLYLINE_FLAT_COLOR")
+def shader(name):
+    """The built-in shader `name`, as Blender 4.5 and later call it; its names begin with 3D before 4.0. Needs a window.
 
-
-def surface_shader():
-    """Built-in shader for faces, each corner of its colour: `pos`, `color`. Needs a window."""
-    return _first_shader("SMOOTH_COLOR", "3D_SMOOTH_COLOR")
-
-
-def points_shader():
-    """Built-in shader for points, each of its colour: `pos`, `color`. Needs a window.
-
-    Since 4.5 only the shaders made for points take the size that is set.
+    Since 4.5 only the shaders made for points (POINT_...) take the size that is set.
     """
-    return _first_shader("POINT_FLAT_COLOR", "FLAT_COLOR", "3D_FLAT_COLOR")
-
-
-def _first_shader(*names):
-    """The first of the built-in shaders that this Blender has; before 4.0 their names begin with 3D."""
-    for name in names[:-1]:
+    plain = name.removeprefix("POINT_")
+    for each in (name, plain):
         with contextlib.suppress(ValueError):
-            return gpu.shader.from_builtin(name)
-    return gpu.shader.from_builtin(names[-1])
+            return gpu.shader.from_builtin(each)
+    return gpu.shader.from_builtin(f"3D_{plain}")
 
 
 def flags_of_paths():

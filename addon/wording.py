@@ -18,13 +18,9 @@ def share(value):
 
 
 def duration(value):
-    """What is left of a wait, no finer than anybody wants to know: "5 s", "3 min 20 s", "2 h 05 min"."""
+    """What is left of a wait, no finer than anybody wants to know: "5 s", "3 min"."""
     whole = max(1, round(value))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    return f"{whole} s" if whole < 60 else f"{whole // 60} min"
 
 
 def listed(words):

@@ -97,7 +97,7 @@ def render_started():
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    render_notes.begin([(key, obj.name) for key, obj, follower in roll.known() if follower.is_behind(obj)])
+    render_notes.begin([obj.name for _key, obj, follower in roll.known() if follower.is_behind(obj)])
 
 
 def render_ended():
@@ -227,14 +227,11 @@ def status(obj):
     follower = roll.follower_of(obj)
     if follower is None:
         return None
-    baked = bool(obj.meanvalue.baked.target)
-    if follower.problem is None:
-        last = render_notes.of(roll.identity(obj), follower.is_behind(obj))
-        note = follower.why_hidden(obj) or (None if baked else last)
-        if note:
-            return wording.sentence(note), True
+    why_hidden = follower.why_hidden(obj) if follower.problem is None else None
+    if why_hidden:
+        return wording.sentence(why_hidden), True
     said = follower.status(obj)
-    if said is None and not baked and follower.is_animated(obj):
+    if said is None and not obj.meanvalue.baked.target and follower.is_animated(obj):
         return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.FOLLOWS, follower.AND_EXPORTS)), False
     return said
 

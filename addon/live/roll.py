@@ -8,7 +8,6 @@ import bpy
 
 from .. import compat
 from ..scene import subject
-from . import render_notes
 
 kinds = []  # classes of followers
 _followers = {}  # identity of the object: its follower
@@ -85,7 +84,6 @@ def search():
             _followers[identity(obj)] = follower
     for follower in known.values():
         follower.stop()
-        render_notes.forget()
 
 
 def live_objects():

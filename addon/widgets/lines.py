@@ -28,7 +28,7 @@ def draw(context, obj, lines, end_pixels=0.0):
     """Draws Lines of a mesh object; end_pixels: size of what ends each, at interface scale 1, if not 0."""
     if not len(lines.ends):
         return
-    shader = compat.lines_shader()
+    shader = compat.shader("POLYLINE_FLAT_COLOR")
     content = {"pos": lines.ends, "color": lines.colors}
     batch = batch_for_shader(shader, 'LINES', content)
     gpu.state.blend_set('ALPHA')
@@ -42,7 +42,8 @@ def draw(context, obj, lines, end_pixels=0.0):
             batch.draw(shader)
             if end_pixels:
                 gpu.state.point_size_set(end_pixels * context.preferences.system.ui_scale)
-                batch_for_shader(compat.points_shader(), 'POINTS', content).draw(compat.points_shader())
+                ends = compat.shader("POINT_FLAT_COLOR")
+                batch_for_shader(ends, 'POINTS', content).draw(ends)
     finally:
         gpu.state.point_size_set(1.0)
         gpu.state.depth_test_set('NONE')

@@ -10,7 +10,7 @@ from support.interface import is_settled
 
 
 def an_animation_with_live_on(ui):
-    obj, control = handles.tube()
+    _obj, control = handles.tube()
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")
     for frame, offset in ((1, 0.0), (40, 4.0)):
@@ -43,8 +43,6 @@ def an_animation_with_live_on(ui):
         views.pop_up = pop_up
     yield from ui.screenshot("render_with_live_on")
     assert len(popped_up) == 1, popped_up
-    text, is_problem = installed.part("live.engine").status(obj)
-    assert is_problem and "renders show one pose" in text, text
 
 
 def the_viewport_with_live_on(ui):

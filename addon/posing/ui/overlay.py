@@ -72,7 +72,7 @@ def closer(projection, view_distance, share):
 
 
 def _points(look):
-    shader = compat.points_shader()
+    shader = compat.shader("POINT_FLAT_COLOR")
     return batch_for_shader(shader, 'POINTS', {"pos": look.points, "color": look.colors}), shader
 
 
@@ -88,7 +88,7 @@ def _faces(shown, color):
     """The less a vertex moves, the fainter it is."""
     colors = np.tile(np.array(color, np.float32), (len(shown.tint), 1))
     colors[:, 3] *= shown.freedom
-    shader = compat.surface_shader()
+    shader = compat.shader("SMOOTH_COLOR")
     return batch_for_shader(shader, 'TRIS', {"pos": shown.tint, "color": colors}, indices=shown.corners), shader
 
 
