@@ -96,14 +96,12 @@ def ways_from_axis(points, joints, side):
 
 
 def test_feet_stay_flat_where_legs_are_moved_apart():
-    wide = np.radians(9.0)
     joints, turns = walking_figure.upright(1, 1.0)
     for side, sign in (("L", 1.0), ("R", -1.0)):
         for bone in ("thigh", "shank"):
-            turns[f"{bone}.{side}"] = walking_figure.turn_y(np.array([-sign * wide]))
+            turns[f"{bone}.{side}"] = walking_figure.turn_y(np.array([-sign * np.radians(9.0)]))
         turns[f"foot.{side}"] = turns[f"toe.{side}"] = walking_figure.turn_z(np.array([sign * 0.3]))
-        hip = joints[f"hip.{side}"]
-        joints[f"knee.{side}"] = hip + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
+        joints[f"knee.{side}"] = joints[f"hip.{side}"] + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
         joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
         joints[f"toe.{side}"] = joints[f"ankle.{side}"] + turns[f"foot.{side}"] @ walking_figure.TOE
     captured = walking_figure.markers_on(joints, turns)[0]
@@ -114,8 +112,10 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         foot = [walking_figure.LABELS.index(label) for label in walking_figure.FOOT_LABELS[side]]
         assert np.linalg.norm(captured - reference, axis=1)[foot].min() > 0.08
         assert np.linalg.norm(posed - reference, axis=1)[foot].max() < 0.03
-        heights = (posed[foot, 2] - captured[foot, 2])
-        assert np.ptp(heights) < 1e-9, "not tilted"
+        assert np.ptp(posed[foot, 2] - captured[foot, 2]) < 1e-9, "not tilted"
+    points = np.array([(0.0, 0.0, 0.0), (0.0, -0.12, -0.07), (0.02, -0.19, -0.08)])
+    leg = Limb(points, points[0], [], [1, 2], [0], points * (-1.0, 1.0, 1.0), points, None, 1.8)
+    assert np.abs(leg.foot(points, points, [1, 2], [0])[:, 2] - points[1:, 2]).max() < 1e-9, "not turned over either"
 
 
 @pytest.mark.slow

@@ -124,10 +124,9 @@ def steps(given):
 
 def _mended(given, recording):
     """(f, m, 3), filled and filtered; not to be written to."""
-    longest = (given.options.spline_seconds, given.options.rigid_seconds)
-    longest = tuple(int(seconds * recording.rate_hz + 1e-6) for seconds in longest)
-    positions = recording.positions
-    return _filled(positions.tobytes(), positions.shape, longest, recording.rate_hz, given.options.cutoff_hz)
+    path, rate, options = recording.positions, recording.rate_hz, given.options
+    longest = tuple(int(seconds * rate + 1e-6) for seconds in (options.spline_seconds, options.rigid_seconds))
+    return _filled(path.tobytes(), path.shape, longest, rate, options.cutoff_hz)
 
 
 @functools.lru_cache(maxsize=2)  # a take and its reference: picking points, one after the other, does not change them
@@ -154,7 +153,8 @@ def _chosen(given, frame, path, reference):
     if not used:
         raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
-        raise SceneError(f"No marker is seen in {where}. Choose another Reference Frame")
+        other = "Frame" if {*labels} & {*given.standing.labels} else "Take"
+        raise SceneError(f"No marker of the take is in {where}. Choose another Reference {other}")
     names = [labels[number] for number in seen]
     known = np.array([bool(given.landmarks[name]) or name in given.fixed for name in names])
     kept = np.ones(len(names), bool)

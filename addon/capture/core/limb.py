@@ -55,10 +55,9 @@ class Limb:
         # Where it is comes first: how it is rolled is told by another search.
         costs = self._costs(np.einsum("dij,kj->dki", turns, around) + self._joint, None)
         posed[self.numbers] = self._joint + around @ turns[costs.argmin()].T
-        for numbers in (self.numbers, self._fore) * 2:
-            if numbers:
-                pivot = self._joint if numbers is self.numbers else posed[self._middle].mean(axis=0)
-                posed[numbers] = self._settled(self._rolled(posed[numbers], numbers, pivot), numbers, pivot)
+        for numbers in filter(None, (self.numbers, self._fore) * 2):
+            pivot = self._joint if numbers is self.numbers else posed[self._middle].mean(axis=0)
+            posed[numbers] = self._settled(self._rolled(posed[numbers], numbers, pivot), numbers, pivot)
         return self._part_by_part(posed) if is_stretched and self._fore else posed
 
     def _part_by_part(self, posed):
@@ -97,7 +96,7 @@ class Limb:
         """
         pivot = posed[ankle].mean(axis=0)
         level = pivot + captured[foot] - captured[ankle].mean(axis=0)
-        return self._settled(level, foot, pivot, np.array([1.0, 1.0, 0.0]))
+        return self._settled(level, foot, pivot, (0.0, 0.0, 1.0))
 
     def _stretched(self):
         """The markers with what is beyond the elbow turned on in line with the upper arm."""
@@ -118,10 +117,11 @@ class Limb:
         tried = pivot + np.einsum("rij,kj->rki", _about(axis, angles), points - pivot)
         return tried[self._costs(tried, numbers).argmin()]
 
-    def _settled(self, points, numbers, pivot, along=1.0):
+    def _settled(self, points, numbers, pivot, axis=(0.0, 0.0, 0.0)):
+        kept = np.array(axis)  # else what is flat would be turned over, where its mirror image fits better
         for _ in range(ROUNDS):
             target, _ = self._nearest(points, numbers)
-            before, after = (points - pivot) * along, (target - pivot) * along
+            before, after = (np.vstack([(each - pivot) * (1.0 - kept), kept]) for each in (points, target))
             # The pivot stays: it counts as much as all the others.
             turn = fit_rotations(np.vstack([before, -before]), np.vstack([after, -after]))
             points = pivot + (points - pivot) @ turn.T

@@ -45,7 +45,9 @@ def _keys(lines):
     names, values = lines.next(), lines.next()
     if names is None or values is None:
         lines.fail("the file ends in its header")
-    return dict(zip((name.strip().lower() for name in cells(names, 0)), cells(values, 0), strict=False))
+    names, told = cells(names, 0), cells(values, 0)
+    told = told if len(told) <= len(names) else values.split()  # some write two tabs between values
+    return dict(zip((name.strip().lower() for name in names), told, strict=False))
 
 
 def _labels(lines, keys):
@@ -53,12 +55,10 @@ def _labels(lines, keys):
     line = lines.next_filled() or ""
     if not line.lower().lstrip().startswith("frame"):
         lines.fail("the markers' names are missing, a line that begins with 'Frame#'")
-    entries = [cell.strip() for cell in line.split("\t")]
+    entries = [cell.strip() for cell in line.rstrip().split("\t")]
     told = number_in(keys.get("nummarkers", ""))
     columns = (lines.next_filled() if any(entries[2:]) else lines.next()) or ""  # of no names the cells are blank
     by_columns = entries[2::3]
-    while by_columns and not by_columns[-1]:
-        by_columns.pop()
     # Some writers leave out the two empty cells after a name, some the tabs.
     readings = (by_columns, [cell for cell in entries[2:] if cell], line.split()[2:])
     labels = next((reading for reading in readings if len(reading) == told), by_columns)
