@@ -26,7 +26,7 @@ EARLY_VERTICES = 100_000
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
 
-#: Bindings by the keys of their fingerprints, and what rooms bind besides handles by their own.
+#: Bindings by their fingerprints, and what rooms bind besides handles by their own.
 cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 
@@ -40,21 +40,17 @@ class Binding:
 
 def cached(bind_input):
     """The Binding of `bind_input` if it is at hand, else None."""
-    return cache.get(bind_input.fingerprint.key)
+    return cache.get(bind_input.fingerprint)
 
 
 def earlier(bind_input):
     """A Binding of the same mesh, region and method to other anchors if one is at hand, else None: see bind_steps()."""
-    return cache.relative(_family(bind_input))
+    return cache.relative(bind_input.fingerprint.family)
 
 
 def remember(bind_input, binding):
-    cache.put(bind_input.fingerprint.key, binding, int(binding.deformer.report.bytes), _family(bind_input))
-
-
-def _family(bind_input):
-    examples = None if bind_input.examples is None else bind_input.examples.revision
-    return bind_input.fingerprint.shape_key, bind_input.method, bind_input.loose, examples
+    found = bind_input.fingerprint
+    cache.put(found, binding, int(binding.deformer.report.bytes), found.family)
 
 
 def bind_steps(bind_input, triangles, execution, portable=False, known=None, early=False):

@@ -42,9 +42,9 @@ class HandleClip:
     def key(self):
         """Digest of all that the shapes depend on."""
         return digest(
-            repr(self.bind_input.fingerprint.key),
+            repr(self.bind_input.fingerprint),
             self.targets,
-            "all count" if self.weights is None else self.weights,
+            self.weights,
             f"{native_loader.module().__version__} {REVISION} {RUN_FRAMES} {OVERLAP_FRAMES} {self.portable}",
             f"{list(map(int, self.kept))}",
         )

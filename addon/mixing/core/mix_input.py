@@ -27,8 +27,8 @@ class MixInput(KeyShapes):
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
-        joined = [each for each in (self.copies, self.planes, self.twins) if each is not None]
-        return digest(self.rest, *(self.points[name] for name in self.names), self.triangles, *joined)
+        shapes = (self.points[name] for name in self.names)
+        return digest(self.rest, *shapes, self.triangles, self.copies, self.planes, self.twins)
 
     @cached_property
     def whole(self):

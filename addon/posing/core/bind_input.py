@@ -47,20 +47,14 @@ class BindInput:
 
     @cached_property
     def fingerprint(self):
-        settings = f"method={self.method} rigidity={self.rigidity} loose={self.loose}"
-        joined = [each for each in (self.planes, self.twins, self.copies) if each is not None]
+        arrays = self.border, self.border_strengths, self.planes, self.twins, self.copies
+        settings = self.method, self.loose, self.examples and self.examples.revision
         return Fingerprint(
             vertex_count=len(self.rest),
             faces=digest(self.face_starts, self.face_corners),
             rest_shape=digest(self.rest),
-            anchors=digest(
-                self.anchors,
-                self.handles,
-                *([] if self.strengths is None else [self.strengths]),
-            ),
-            roi=digest(np.packbits(self.roi), *([] if self.border is None else [self.border, self.border_strengths])),
-            settings=digest(settings, *([] if self.examples is None else [self.examples.revision])),
-            mirror=digest(*joined) if joined else "",
+            kept=digest(f"{settings}", np.packbits(self.roi), *arrays),
+            anchors=digest(self.anchors, self.handles, self.strengths, f"{self.rigidity}"),
         )
 
     @property

@@ -7,7 +7,7 @@ duplication, renaming and reopening without any bookkeeping.
 
 import functools
 import hashlib
-from dataclasses import astuple, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,35 +20,27 @@ CHANGES = {"faces": "the faces were changed", "rest_shape": "the rest shape was 
 REMEMBERED = 4
 
 
-@dataclass(frozen=True)
-class Fingerprint:
+class Fingerprint(NamedTuple):
     """The count of vertices, for messages, and digests of what a binding depends on."""
 
     vertex_count: int
     faces: str
     rest_shape: str
+    kept: str  # what stays as it is where other anchors are bound
     anchors: str
-    roi: str
-    settings: str
-    mirror: str = ""
 
     @property
-    def key(self):
-        """One hashable value for the whole content."""
-        return astuple(self)
-
-    @property
-    def shape_key(self):
-        """The same of the mesh, what mirrors it and its region alone, whatever is anchored in it."""
-        return (self.vertex_count, self.faces, self.rest_shape, self.roi, self.mirror)
+    def family(self):
+        """What bindings have in common that may be made from each other."""
+        return self[:4]
 
 
 def digest(*parts):
-    """Hex digest of numpy arrays and texts, their types and shapes included. About 1 ms per megabyte."""
+    """Hex digest of numpy arrays, texts and None, their types and shapes included. About 1 ms per megabyte."""
     state = hashlib.blake2b(digest_size=16)
     for part in parts:
-        if isinstance(part, str):
-            state.update(part.encode())
+        if part is None or isinstance(part, str):
+            state.update(str(part).encode())
             continue
         array = np.ascontiguousarray(part)
         state.update(f"{array.dtype.str}{array.shape}".encode())
