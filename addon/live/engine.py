@@ -186,10 +186,7 @@ def _reporting(follower):
         yield
     except Exception as error:
         traceback.print_exc()
-        follower.give_up(
-            f"the add-on failed ({type(error).__name__}: {error}). Please report this with the text in the system "
-            "console; turn Live off and on to go on"
-        )
+        follower.give_up(f"the add-on failed ({type(error).__name__}: {error}). Report it, and turn Live off and on")
 
 
 def forget():

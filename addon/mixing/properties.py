@@ -13,8 +13,7 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
 
     is_on: BoolProperty(
         name="Rotation-Aware Keys",
-        description="Mix the shape keys so that parts turn, as limbs do, instead of shrinking along straight lines. "
-        "The sliders stay those of the shape keys",
+        description="Mix the shape keys so that parts turn, as limbs do, instead of shrinking along straight lines",
         update=lambda settings, _context: mix_follower.turned(settings.id_data),
     )
     tolerance_share: FloatProperty(

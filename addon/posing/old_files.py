@@ -100,8 +100,8 @@ def _carry_over(obj):
 def _tell(obj, names):
     pins = "is a pin" if len(names) == 1 else "are pins"
     text = wording.sentence(
-        f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now."
-        " The mesh goes on showing its pose. To pose by a key again, choose it and press Solve from Shape Key"
+        f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now. To pose by it again, press "
+        "Solve from Shape Key"
     )
     views.say(text)
     if not bpy.app.background:

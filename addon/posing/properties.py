@@ -48,8 +48,7 @@ class Settings:
     )
     roi_group: StringProperty(
         name="Region",
-        description="Vertex group of the vertices that may move. Weights between 0 and 1 are a falloff. Without a "
-        "group, the whole mesh may move",
+        description="Vertex group of the vertices that may move; weights are a falloff. Without a group, all may move",
         maxlen=ids.NAME_LENGTH,
         update=_choose_region,
     )

@@ -124,10 +124,7 @@ def _read_modifier(obj, modifier, below, planes, found):
     else:
         planes += own
         if mirror is not None and mirror.animation_data is not None and mirror.animation_data.action is not None:
-            found.append(
-                f"'{mirror.name}' of Mirror '{modifier.name}' is animated. A bake has its plane where it is when the "
-                "bake begins"
-            )
+            found.append(f"'{mirror.name}' of Mirror '{modifier.name}' is animated. A bake has its plane as it begins")
 
 
 def _plane(obj, mirror, axis, modifier):
@@ -174,8 +171,6 @@ def _twins(obj, rest, corners, starts, row):
     partners = twins.find(rest, corners, starts, row)
     missing = np.flatnonzero(partners < 0)
     if len(missing):
-        raise SceneError(
-            f"{len(missing):,} of {wording.vertices(len(rest))} (the first is {missing[0]}) have no mirror image "
-            f"across {obj.meanvalue.symmetric}. See Select Problem Vertices > Unpaired, or turn Symmetric off"
-        )
+        count = f"{len(missing):,} of {wording.vertices(len(rest))}"
+        raise SceneError(f"{count} have no mirror image. See Select Problem Vertices > Unpaired, or turn Symmetric off")
     return partners

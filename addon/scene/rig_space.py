@@ -159,10 +159,8 @@ def evaluating(obj):
     def evaluate(shape):
         found = run(shape)
         if len(found) != len(rest):
-            raise SceneError(
-                f"{named(obj)} shows {len(found):,} vertices of {len(rest):,}. Turn off in the viewport what makes or "
-                "merges vertices"
-            )
+            count = f"{len(found):,} vertices of {len(rest):,}"
+            raise SceneError(f"{named(obj)} shows {count}. Turn off in the viewport what makes or merges vertices")
         return found
 
     try:

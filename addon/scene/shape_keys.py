@@ -76,10 +76,8 @@ def rest_positions(mesh):
 def _fitting(mesh, key):
     found = positions(key)
     if len(found) != len(mesh.vertices):
-        raise SceneError(
-            f"Shape key '{key.name}' has {len(found):,} points for {wording.vertices(len(mesh.vertices))}. Enter and "
-            "leave Edit Mode once"
-        )
+        count = f"{len(found):,} points for {wording.vertices(len(mesh.vertices))}"
+        raise SceneError(f"Shape key '{key.name}' has {count}. Enter and leave Edit Mode once")
     return found
 
 

@@ -31,11 +31,8 @@ def object_problem(obj):
     if obj.override_library is not None or obj.data.override_library is not None:
         # Blender saves neither new shape keys nor our settings of what is an override.
         linked = (obj.override_library or obj.data.override_library).reference.library
-        return (
-            f"'{obj.name}' is a library override, of which handles and shape keys are not saved. Pose it in the file "
-            f"that it comes from{f' ({linked.filepath})' if linked else ''}. Or make it and its data local (Object > "
-            "Relations): changes of that file no longer arrive"
-        )
+        file = f" ({linked.filepath})" if linked else ""
+        return f"'{obj.name}' is a library override: its shape keys are not saved. Pose it in its own file{file}"
     if obj.data.library is not None:
         return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations)"
     return None

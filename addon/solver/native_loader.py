@@ -86,10 +86,8 @@ def _explanation(failures):
     else:
         problem = "The compiled solver is missing"
     here = ", ".join(f"{label} {value}" for label, value in environment())
-    return (
-        f"{problem}. This Blender has {here}. Install the zip made for it: for Blender 4.2 and later the one whose "
-        f"name ends in {zip_ending()}, for older Blenders one with a solver in its lib folder"
-    )
+    zips = f"for Blender 4.2 and later one whose name ends in {zip_ending()}, else one with a solver in its lib folder"
+    return f"{problem}. This Blender has {here}. Install the zip made for it: {zips}"
 
 
 def zip_ending():

@@ -154,7 +154,7 @@ LINE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
         (lambda g: {"picked": g.picked[:2], "points": g.points[:2]}, "2 pairs"),
         (lambda g: {"picked": g.picked[:3], "points": LINE}, "not in one line"),
         (lambda g: {"picked": np.zeros_like(g.picked)}, "same vertex"),
-        (lambda g: {"picked": g.picked + 10**6}, "faces were changed"),
+        (lambda g: {"picked": g.picked + 10**6}, "178 vertices"),
         (lambda g: {"points": np.full_like(g.points, np.nan)}, "not a number"),
         (lambda g: {"picked": g.picked[:0], "points": g.points[:0]}, "do not lie over each other"),
     ],

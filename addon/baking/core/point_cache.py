@@ -120,10 +120,7 @@ class Begun:
 
     def _require_all(self):
         if self.problems and not self._has(len(self.problems)):
-            raise DamagedCacheError(
-                f"What was begun of '{self._whole}' is gone: another Blender that bakes the same has finished it, or "
-                "it was deleted. Bake again"
-            )
+            raise DamagedCacheError(f"What was begun of '{self._whole}' is finished elsewhere, or deleted. Bake again")
 
     def write(self, begin, rows, problems):
         """Keeps rows (r, n, 3), of the samples from `begin` on, with r texts. @throws CacheError."""

@@ -15,10 +15,7 @@ def require_alike(obj, source):
     here, there = obj.data, source.data
     has = [f"has {len(mesh.vertices):,} vertices and {len(mesh.polygons):,} faces" for mesh in (there, here)]
     if has[0] != has[1] or not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
-        raise SceneError(
-            f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. Both need the same faces in the same order: Wrap gives "
-            f"'{obj.name}' the shape of another mesh"
-        )
+        raise SceneError(f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. If their faces are not the same, use Wrap")
 
 
 def shown_shape(source):

@@ -24,12 +24,10 @@ def _problem(obj):
 
 
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
+    """Make the in-between shape keys that the tolerance needs, driven by the sliders, to play without the add-on"""
+
     bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
-    bl_description = (
-        "Make the in-between shape keys that the tolerance needs, driven by the sliders: they render, link and play "
-        "without the add-on"
-    )
     switch = "remove"
     problems = (_problem,)
     doing = "Baking the mix of"

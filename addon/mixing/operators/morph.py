@@ -27,8 +27,7 @@ need the same faces"""
     )
     part: StringProperty(
         name="Part",
-        description="Graft a part of the other selected mesh: the weights of this vertex group say where it enters. "
-        "Soft edges blend. Left empty: the whole shape",
+        description="Graft a part of the other mesh, where this vertex group has weights. Left empty: the whole shape",
         maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )

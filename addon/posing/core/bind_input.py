@@ -122,16 +122,11 @@ class BindInput:
         faces = self.face_corners, self.face_starts
         vertices, pieces, distance = welding.gaping(self.rest, *faces, self.copies, surely=True)
         if len(vertices):
-            found.append(
-                f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')} lie nearly in the place of "
-                f"others. Set Advanced > Merge Distance to {distance:g}"
-            )
+            near = f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')}"
+            found.append(f"{near} lie nearly in the place of others. Set Advanced > Merge Distance to {distance:g}")
         far = float(np.abs(self.rest).max(initial=0.0))
         if motion.NOISE * far > FAR * self.diagonal:
-            found.append(
-                f"The mesh lies {far:,.0f} from its origin, where moves below {motion.NOISE * far:.2g} are taken for "
-                "rounding. Choose Object > Set Origin > Origin to Geometry"
-            )
+            found.append(f"The mesh lies {far:,.0f} from its origin: small moves are rounded. Set Origin to Geometry")
         return found
 
     def check(self):
@@ -144,10 +139,8 @@ class BindInput:
             raise SceneError(f"{wording.vertices(outside)} of soft handles lie outside the region. Turn Soft off")
         held = self.solver_mesh.held_rest
         if self.free.any() and not fixed_points.span_a_plane(held):
-            raise SceneError(
-                f"{wording.counted(len(held), 'fixed point')} cannot hold the mesh: it needs at least three that are "
-                "not in one line. Pin more vertices, or choose a region that leaves some out"
-            )
+            count = wording.counted(len(held), "fixed point")
+            raise SceneError(f"{count} cannot hold the mesh. Pin at least three that are not in one line")
 
 
 def anchor_layout(members):

@@ -48,8 +48,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     )
     size: bpy.props.FloatProperty(
         name="Size",
-        description="How far the surroundings of the handle follow, as a share of the mesh's size. They follow less "
-        "the farther they are. At its default, the tool begins with the limb under the mouse, up to the body",
+        description="How far the surroundings follow, as a share of the mesh's size. By default the limb under it",
         default=tool_choice.FIRST_SIZE,
         min=LEAST_SIZE,
         soft_max=1.0,

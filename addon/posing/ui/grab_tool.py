@@ -16,10 +16,7 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     bl_context_mode = 'OBJECT'
     bl_idname = "meanvalue.grab"
     bl_label = "Mean-Value Grab"
-    bl_description = (
-        "Press on a mesh and drag: what is under the mouse becomes a handle, and its surroundings follow, as far as "
-        "Size (the wheel) says. Shift-click pins. A click on a handle selects it"
-    )
+    bl_description = "Press on a mesh and drag. The wheel says how much follows. Shift-click pins, a click selects"
     bl_icon = "brush.uv_sculpt.grab"  # of those that Blender has from 3.4 to 5.x
     bl_cursor = 'CROSSHAIR'
     bl_keymap = (

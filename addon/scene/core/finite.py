@@ -11,7 +11,5 @@ def require_finite(positions, what):
     """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
     broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(broken):
-        raise SceneError(
-            f"{wording.vertices(len(broken))} of the {what} (the first is {broken[0]}) at places that are not numbers. "
-            "Move or delete them"
-        )
+        count = wording.vertices(len(broken))
+        raise SceneError(f"{count} of the {what} (the first is {broken[0]}) are not numbers. Move or delete them")

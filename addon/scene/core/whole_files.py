@@ -89,10 +89,8 @@ def _explanation(path, error):
     if error.errno in _FULL:
         return f"The disk is full: '{path.name}' does not fit into {path.parent}. Make room and bake again, to go on"
     if error.errno in _PROTECTED:
-        return (
-            f"'{path.name}' may not be written to {path.parent} ({error.strerror}), or another program has it open. "
-            "Close that, or choose another path"
-        )
+        refused = f"'{path.name}' may not be written to {path.parent} ({error.strerror})"
+        return f"{refused}, or another program has it open. Close that, or choose another path"
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         return f"'{path}' cannot be reached ({error.strerror}). Choose another path, or connect the drive"
     return f"'{path}' cannot be read or written ({error.strerror or error}). Choose another path"

@@ -37,17 +37,11 @@ def torn_notes(bind_input, targets):
     moved = (targets != bind_input.anchor_rest).any(axis=1)
     torn = np.count_nonzero(moved & ~bind_input.roi[bind_input.anchors])
     if torn:
-        yield (
-            f"{wording.vertices(torn)} of moved handles outside the region, where nothing follows. Take the "
-            "surroundings into the region"
-        )
+        yield f"{wording.vertices(torn)} of moved handles lie outside the region, where nothing follows. Extend it"
     missed = np.abs(bind_input.solver_mesh.met(targets) - targets).max(axis=1, initial=0.0)
     kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
-        yield (
-            f"Mirroring or a joined seam keeps {wording.vertices(kept_back)} from where the handle is: it goes along "
-            "the plane, and of two handles in one place a hard one leads, then the upper one"
-        )
+        yield f"Mirroring, or another handle in one place, keeps {wording.vertices(kept_back)} from where the handle is"
 
 
 def unheld_notes(report, places):
@@ -59,11 +53,8 @@ def unheld_notes(report, places):
     parts = [report.components[number] for number in numbers if report.carriers[number] < 0]
     count = sum(1 for part in parts if part.free_count and part.undetermined)
     if count:
-        yield (
-            f"{wording.counted(count, 'part')} of the mesh {'has' if count == 1 else 'have'} fewer than three fixed "
-            "points that are not in one line: without any it stays in place, with one or two it hardly turns. Pin "
-            "three vertices of each"
-        )
+        has = f"{wording.counted(count, 'part')} of the mesh {'has' if count == 1 else 'have'}"
+        yield f"{has} fewer than three fixed points that are not in one line. Pin three vertices of each"
 
 
 def nothing_is_held(report):

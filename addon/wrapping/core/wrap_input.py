@@ -60,19 +60,14 @@ class WrapInput:
         if not np.isfinite(self.points).all():
             raise SceneError("The point of a pair is not a number. Remove that pair and pick it again")
         if self.picked.min() < 0 or self.picked.max() >= len(self.vertices):
-            raise SceneError(
-                f"A pair names vertex {self.picked.max()}, and the mesh has {wording.vertices(len(self.vertices))}. "
-                "Its faces were changed since the pairs were picked: clear them and pick them again"
-            )
+            has = wording.vertices(len(self.vertices))
+            raise SceneError(f"A pair names vertex {self.picked.max()}, and the mesh has {has}. Pick the pairs again")
         if len(np.unique(self.picked)) < count:
             raise SceneError("Two pairs name the same vertex, which cannot go to two places. Remove one of them")
         for places, where in ((self.vertices[self.picked], "mesh that is fitted"), (self.points, "other mesh")):
             if not fixed_points.span_a_plane(places):
-                raise SceneError(
-                    f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned: at least "
-                    f"{LEAST_PAIRS} are needed that are not in one line. Pick more, or none where both meshes lie over "
-                    "each other already"
-                )
+                pairs = f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned"
+                raise SceneError(f"{pairs}. Pick at least {LEAST_PAIRS} that are not in one line")
 
     def _check_overlap(self):
         """Without pairs, both must lie over each other."""
@@ -83,11 +78,7 @@ class WrapInput:
         sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
         apart = float(np.linalg.norm(np.subtract(sum(boxes[0]), sum(boxes[1])))) / 2.0
         if max(sizes) > ALIKE * min(sizes) or apart > BESIDE * max(sizes):
-            raise SceneError(
-                f"No pairs are picked, and the meshes do not lie over each other: their sizes are {sizes[0]:.3g} and "
-                f"{sizes[1]:.3g}, their middles {apart:.3g} apart. Pick pairs of points, or move, turn and scale one "
-                "over the other"
-            )
+            raise SceneError("The meshes do not lie over each other. Pick pairs of points, or lay one over the other")
 
     def start(self):
         """(n, 3): the mesh turned, scaled and moved so that its pairs are near their points.

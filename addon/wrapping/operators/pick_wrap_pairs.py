@@ -10,12 +10,10 @@ from ..bridge import wrap_lines, wrap_scene
 
 
 class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
+    """Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the ends"""
+
     bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
-    bl_description = (
-        "Click a point of the mesh, then the same point of the other one, and so on until Enter; Backspace takes the "
-        "last pair back. Begin with the ends: head, hands, feet, finger tips"
-    )
     bl_options = {'UNDO'}  # adjusted afterwards, it would pick anew
     switch = "clear"
     repeats = True

@@ -13,12 +13,10 @@ LEFT_OVER = 0.005
 
 
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
+    """Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here"""
+
     bl_idname = "meanvalue.wrap"
     bl_label = "Wrap Mesh"
-    bl_description = (
-        "Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here. Picked "
-        "pairs say what belongs where; without any, both must lie over each other"
-    )
     doing = "Wrapping"
     problems = (wrap_scene.problem,)
 
@@ -35,18 +33,11 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         distance = wrapped.distance[prepared.given.used] / size
         notes = []
         if left_over:
-            notes.append(
-                f"{wording.vertices(left_over)} are farther than {LEFT_OVER:.1%}: they are in the "
-                f"vertex group '{ids.LEFT_OVER_GROUP}'. What '{target.name}' has no place for stays in shape there; "
-                "elsewhere, pick more pairs"
-            )
+            left = f"{wording.vertices(left_over)} are farther than {LEFT_OVER:.1%}"
+            notes.append(f"{left}: they are in the vertex group '{ids.LEFT_OVER_GROUP}'. Pick more pairs there")
         if wrapped.flipped:
-            notes.append(
-                f"{wording.counted(wrapped.flipped, 'triangle is', 'triangles are')} turned over. Pick pairs "
-                "where they crowd"
-            )
-        return (
-            f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {distance.mean():.3%} of its size "
-            f"off on average, {distance.max():.2%} at most",
-            [*notes, *subject.sharing_notes(obj)],
-        )
+            flipped = wording.counted(wrapped.flipped, "triangle is", "triangles are")
+            notes.append(f"{flipped} turned over. Pick pairs where they crowd")
+        off = f"{distance.mean():.3%} of its size off on average, {distance.max():.2%} at most"
+        message = f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {off}"
+        return message, [*notes, *subject.sharing_notes(obj)]
