@@ -7,7 +7,7 @@ from .. import wording
 from ..live import engine
 from ..scene import mirrors, subject
 from ..widgets.panels import column_of_settings, draw_wrapped
-from .bridge import in_between_keys, mixed_keys
+from .bridge import mixed_keys
 from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
 
@@ -30,8 +30,8 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
 
     def draw(self, context):
         layout, obj = self.layout, context.object
-        problem = in_between_keys.problem(obj)
-        if problem is None and obj.meanvalue.mix.is_on:
+        problem = None
+        if obj.meanvalue.mix.is_on:
             text, is_problem = engine.status(obj) or ("", False)
             problem = text if is_problem else next(iter(mirrors.notes(obj)), None)
         if problem:

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape keys that stand for a mix, each driven by the sliders that it is a correction of."""
 
-import bpy
 import numpy as np
 
-from ... import ids, wording
+from ... import ids
 from ...scene import shape_keys
 from ..core import polynomials
 from . import mixed_keys
@@ -35,22 +34,6 @@ def remove(obj):
     names = mixed_keys.in_between_names(obj)
     shape_keys.remove(obj, names)
     return len(names)
-
-
-def problem(obj):
-    """Why the keys that make() has made do not fit the sliders any more, or None. Cheap enough for drawing."""
-    driving = {
-        target.data_path
-        for curve in mixed_keys.marked_drivers(obj)
-        for variable in curve.driver.variables
-        for target in variable.targets
-    }
-    lost = sorted(driving - {shape_keys.value_path(key.name) for key in mixed_keys.mixed(obj)})
-    if not lost:
-        return None
-    names = [bpy.utils.unescape_identifier(path.partition('"')[2].rpartition('"')[0]) for path in lost]
-    are = "is" if len(names) == 1 else "are"
-    return f"{wording.quoted(names)} {are} muted or gone. Press Bake Mix, or Remove In-Betweens"
 
 
 def _drive(keys, key, text, sliders):
