@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...live import engine
-from ...scene import declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
+from ...scene import key_marks, new_rest, pose_key, selection, shape_keys, subject
 from ...scene.core import fixed_points
 from ...scene.key_marks import Role
 from ..bridge import bound_record, controls, pose_names, region
@@ -22,12 +22,20 @@ def _problem(obj):
         return f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
     if obj.meanvalue.baked.target:
         return shape_keys.BAKE_PLAYS
-    for other in shape_keys.sharing(obj):
-        theirs = other.meanvalue
-        is_posed = any(handle.follows != 'REST' for handle in theirs.handles)
-        if is_posed and not _is_copy(other, obj) and theirs.result_key == obj.meanvalue.result_key:
+    for other in _with_the_pose(obj):
+        if any(_is_own(other, handle) for handle in other.meanvalue.handles):
             return f"'{other.name}' poses the same mesh by its own handles. Remove those, or make it a single user"
     return None
+
+
+def _with_the_pose(obj):
+    """The other objects whose pose is that of `obj`, as linked duplicates have it."""
+    return [each for each in shape_keys.sharing(obj) if each.meanvalue.result_key == obj.meanvalue.result_key]
+
+
+def _is_own(obj, handle):
+    """Whether a handle has a control that a linked duplicate has not merely taken over."""
+    return handle.control is not None and (not handle.made_control or controls.owner_of(handle.control) == obj)
 
 
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
@@ -59,7 +67,8 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     def use(self, obj):
         engine.look_again(obj)
         kept, notes = self._keep(obj)
-        _leave_copies(obj)
+        for other in _with_the_pose(obj):
+            other.meanvalue.live = False
         removed = remove_what_was_made(obj)
         return f"{kept}. {removed} removed", [*notes, *subject.sharing_notes(obj)]
 
@@ -80,23 +89,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         if is_posed and self.keep == 'REST':
             return "The pose is the rest shape now", notes
         return "The mesh is as it was", []
-
-
-def _leave_copies(obj):
-    """Linked duplicates have our handles since they were made, without controls of their own: theirs go as well."""
-    for other in shape_keys.sharing(obj):
-        if _is_copy(other, obj):
-            other.meanvalue.live = False
-            other.meanvalue.handles.clear()
-            region.remove_made_group(other)
-            declarations.clear(other.meanvalue.bound)
-
-
-def _is_copy(other, obj):
-    """Whether all handles of `other` are also those of `obj`, by vertex group and control."""
-    ours, theirs = ({(handle.name, handle.control) for handle in each.meanvalue.handles} for each in (obj, other))
-    mine = {control for _, control in theirs if control is not None and controls.owner_of(control) == other}
-    return theirs <= ours and not mine and any(control is not None for _, control in theirs)
 
 
 def remove_what_was_made(obj):
