@@ -6,7 +6,7 @@ import collections
 import numpy as np
 
 #: Of the mesh's size: what is nearer to the middle is on neither side.
-MIDDLE = 0.05
+MIDDLE = 0.02
 
 #: So many vertices say where a handle is.
 SAMPLES = 50
