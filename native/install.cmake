@@ -5,7 +5,7 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meanvalue)
 install(TARGETS meanvalue_core EXPORT meanvalue_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT meanvalue_targets NAMESPACE meanvalue:: FILE meanvalueTargets.cmake DESTINATION ${package_dir})
 install(DIRECTORY include/meanvalue DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE ${PROJECT_SOURCE_DIR}/NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/meanvalueConfig.cmake
 "include(CMakeFindDependencyMacro)

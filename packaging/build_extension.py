@@ -78,7 +78,7 @@ def build(path, wheels):
         for file in sorted((ROOT / "addon").rglob("*")):
             if file.is_file() and "__pycache__" not in file.parts:
                 add(archive, file.relative_to(ROOT / "addon").as_posix(), file.read_bytes())
-        for name in ("LICENSE", "NOTICE"):
+        for name in ("LICENSE", "NOTICE"):  # of the add-on; the wheels have the solver's
             add(archive, name, (ROOT / name).read_bytes())
         for name, content in manual_page.files().items():
             add(archive, f"manual/{name}", content)

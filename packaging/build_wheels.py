@@ -26,9 +26,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 LARGEST = 3 * 2**19  # bytes of a wheel
 #: What a wheel is made of, but for its description (README.md), which changes with every figure in it.
 SOURCES = (
-    "CMakeLists.txt", "pyproject.toml", "LICENSE", "NOTICE", "packaging/build_wheels.py", "packaging/check_binary.py",
-    "packaging/own_symbols.py", "packaging/wheel_parts.py", "packaging/wheel_targets.py", "native/CMakeLists.txt",
-    "native/include", "native/meanvalue", "native/bindings", "native/reference",
+    "CMakeLists.txt", "pyproject.toml", "native/LICENSE", "NOTICE", "packaging/build_wheels.py",
+    "packaging/check_binary.py", "packaging/own_symbols.py", "packaging/wheel_parts.py",
+    "packaging/wheel_targets.py", "native/CMakeLists.txt", "native/include", "native/meanvalue", "native/bindings", "native/reference",
 )  # fmt: skip
 
 

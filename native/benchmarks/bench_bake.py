@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Baking: 300 frames of a moving handle by solve_sequence(), on one thread and on two."""
 
 import argparse

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Binding again: one more handle on a mesh that is bound already, beside a first bind with the same anchors.
 
 Whole meshes, all free but for their handles. Both are made in turns, so that other work on the machine slows both.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Markers against the truth: a captured dancer of whom 41 vertices are taken as markers, complete and with gaps.
 
 Root mean square of the distance of all vertices in all frames, over that of converged ARAP with the same anchors and

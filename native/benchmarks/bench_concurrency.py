@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Binds, solves, cancels and numpy's products at once from 2 to 6 threads: how many gave other bits than alone."""
 
 import argparse

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Dragging real models by few handles, beside CGAL's spokes and rims.
 
 The whole mesh is free. "single": nine single vertices far from each other are held; "patches": six patches, each one

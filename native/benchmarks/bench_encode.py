@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Encoding and prediction of a whole mesh on one thread: seconds, and how exactly the rest shape comes back."""
 
 import pathlib

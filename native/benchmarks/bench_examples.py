@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Posing by examples: each pose of a set left out in turn, all others its examples.
 
 Errors are rms over the rest shape's diagonal, beside the fast method alone and as-rigid-as-possible run to

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The sparse Cholesky factorisation: seconds of its stages, fill and speed, on generated grids and on real meshes."""
 
 import json

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """A drag in Blender as fast as a hand makes it: what a step costs, and how near what is shown is to the settled shape.
 
 Runs itself in Blender without a window. A control moves 60 times a second, from rest and right after binding, and turns

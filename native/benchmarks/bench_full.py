@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The full solver (equation 15 to convergence): iterations, seconds by stage, energy at diagonal 1."""
 
 import pathlib

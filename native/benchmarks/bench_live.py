@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Live posing in Blender, end to end: from a control that was moved to a mesh that Blender has evaluated again.
 
 Runs itself in Blender without a window. The add-on's Follower is driven as its handlers drive it in the interface;

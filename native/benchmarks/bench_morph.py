@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Shapes between shapes: errors against an armature, triangles turned over, seams of grafts, and seconds.
 
 The linear blend is Alexa's morph of Laplacian coordinates as well: both are linear in the shapes, so that with one

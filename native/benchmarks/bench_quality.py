@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Quality beside the peers, each run to convergence, all from the rest shape.
 
 Ground truth: every third pose of the two sequences and all others, thinned out. Anchors are the true pose's own

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """How binding and dragging grow with the mesh: a generated creature and a real model, at three sizes.
 
 The whole mesh is free but for six patches or nine single vertices; one of them is carried and turned as in bench_drag.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Values of shape keys found from markers on a face: mean error of a value, and frames a second.
 
 Random mixes of 8 shapes of ../shared/data/poses/ict_face.npz at 0.2 to 1; markers by farthest points; the head turns by

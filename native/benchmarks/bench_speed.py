@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Speed beside the peers: bind, first update, dragging, memory, and how they grow with the mesh.
 
 Two generated shapes (generated_meshes.py), every run in a process of its own, one after the other. A run may do fewer

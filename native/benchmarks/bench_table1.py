@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The paper's Table 1: its figures beside ours, for every method, and the shapes for the Figure 6 picture."""
 
 import pathlib

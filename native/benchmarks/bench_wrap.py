@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """One human onto another of other faces, proportions and pose: makehuman's body onto human_man.
 
 Distances are over the bounding-box diagonal of the man: of the body's vertices from his surface, of all and of those

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The cases of bench_drag: whole meshes held by few handles, one of which is carried away and turned frame by frame.
 
 Every job of a case solves the first frame's targets from rest, the last frame's from rest, then rest's own, and from

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Draws what bench_speed and bench_quality left as JSON. Arguments: the folder with it, and `speed`, `quality` or both.
 
 Writes speed.png and quality.png there.

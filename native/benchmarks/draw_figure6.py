@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Run by Blender after bench_table1: the paper's Figure 6, the original and every method with a close-up of the anchor.
 
 Arguments: the .npz of bench_table1.save_shapes, and the PNG to write.

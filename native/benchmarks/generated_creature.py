@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """A four-legged creature with horns and a tail, of any number of vertices from 6,000: one closed surface of genus 0.
 
 Round cones over a skeleton melt into one field; surface nets make its zero surface a mesh, which is relaxed along the

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Meshes and motions that the benchmarks make themselves: a compact body and a thin bar, of any number of vertices."""
 
 import numpy as np

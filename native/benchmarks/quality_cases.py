@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The cases of bench_quality: captured and modelled poses, the two set-ups of Botsch and Sorkine, analytic checks."""
 
 from dataclasses import dataclass

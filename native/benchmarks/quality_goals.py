@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """What bench_quality's figures must reach, and lines that say whether they do."""
 
 import numpy as np

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Writes docs/benchmarks.md and its plots from what the benchmarks left as JSON.
 
 Arguments: the folder with the JSON, the page, the folder of its pictures. A section tells what was missing in it, the

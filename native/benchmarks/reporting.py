@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """What the benchmarks share: timing, the machine's name, tables, and the JSON file."""
 
 import argparse

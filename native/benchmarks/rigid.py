@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Rotations: about an axis, and the ones that fit moved points best."""
 
 import numpy as np

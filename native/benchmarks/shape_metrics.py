@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """How good a deformed triangle mesh is, in numbers. Shapes are (n, 3), faces (m, 3)."""
 
 import numpy as np

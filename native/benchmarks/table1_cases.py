@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The deformations of the paper's Table 1, as near as the models at hand allow: models, regions, anchors, moves."""
 
 import heapq

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: MPL-2.0
 // CGAL's surface mesh deformation on a job folder (job.py), and its count of self-intersections.
 //
 //   cgal_arap spokes_and_rims|sre FOLDER ITERATIONS FRAME_SECONDS LEAST_STEPS

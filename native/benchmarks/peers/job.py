@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """A job, a list of solves on one bound mesh, as a folder of raw arrays that programs in any language can read.
 
     job.json       counts, options, and `frame_seconds`: no further step is begun when the steps took that long

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """The table of methods, and how each is run: ours and the peers, under the same limits."""
 
 import contextlib

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Process for the methods of meanvalue.baselines. Arguments: the job's folder. They bind anew at each step."""
 
 import pathlib

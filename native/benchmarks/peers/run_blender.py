@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Run by Blender: its Laplacian Deform, driven by one Hook for each piece. Arguments after --: the job's folder.
 
 Options: `iterations`, the modifier's Repeat. It has no memory of the last frame: every step is from the rest shape.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Process for libigl's ARAP. Arguments: the job's folder. Options: `energy` (name in ARAPEnergyType), `iterations`."""
 
 import pathlib

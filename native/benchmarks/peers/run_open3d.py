@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Process for Open3D's ARAP. Arguments: the job's folder. Options: `iterations`, `energy`, "Spokes" or "Smoothed".
 
 One call factors and solves from the rest shape, so there is no bind and no warm start.

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """Process for our methods. Arguments: the job's folder.
 
 Options of the job: `deformer`, keyword arguments; `handles`, whether the pieces are given to it; `tight`, keyword

@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
+# SPDX-License-Identifier: MPL-2.0
 """What the peers' Python processes share: the loop over the steps of a job, timed."""
 
 import pathlib

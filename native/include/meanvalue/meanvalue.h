@@ -1,5 +1,5 @@
 // All of the library: bind a mesh and deform it, solve a clip, mix shapes, find the values of shape keys.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"

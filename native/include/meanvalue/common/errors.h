@@ -1,5 +1,5 @@
 // One exception class for each kind of blame, and message() to put the numbers into the text.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <sstream>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // Cancel and progress of one long operation, shared between the thread that works and those that watch.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <atomic>
 #include <cstddef>

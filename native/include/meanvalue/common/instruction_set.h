@@ -1,5 +1,5 @@
 // Which of the forms that the inner loops are compiled in is used.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 namespace meanvalue {
 

@@ -1,5 +1,5 @@
 // How much memory the computer has, and the error for what takes more.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <cstdint>
 #include <stdexcept>

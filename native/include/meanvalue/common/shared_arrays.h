@@ -1,5 +1,5 @@
 // Meshes as callers give them: copied once from any layout, then owned and never changed.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <memory>
 

@@ -1,5 +1,5 @@
 // The vocabulary of the whole core: how positions, triangles and indices are stored.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // What a mesh is bound to, and what bind reports.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <map>
 #include <optional>

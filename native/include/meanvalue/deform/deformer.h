@@ -1,5 +1,5 @@
 // Solving on a bound mesh, from any number of threads.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <functional>
 #include <memory>

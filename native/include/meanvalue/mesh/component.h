@@ -1,5 +1,5 @@
 // What a report says of one connected part of a mesh.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include "meanvalue/common/types.h"
 

@@ -1,5 +1,5 @@
 // In-between shapes: paper, section 4.3.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <memory>
 #include <optional>

@@ -1,5 +1,5 @@
 // Many frames over one bound mesh: anchors follow trajectories, and the mesh is found at every frame.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <memory>
 #include <optional>

@@ -1,5 +1,5 @@
 // Values of shape keys from the places of a few anchors: of handles, or of markers on a face.
-#pragma once
+#pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include <memory>
 #include <vector>
