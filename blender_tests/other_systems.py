@@ -82,9 +82,7 @@ class Qemu:
         Chroot(folder).make("bookworm", [f"python{PYTHON}"], "arm64")
         # Called by a path in its own folder, Python knows where it is, and tests start it by what it says.
         launcher = pathlib.Path(*self.python)
-        launcher.write_text(
-            f'#!/bin/sh\nexec qemu-aarch64 -L {folder} -0 "$0" {folder}/usr/bin/python{PYTHON} "$@"\n'
-        )
+        launcher.write_text(f'#!/bin/sh\nexec qemu-aarch64 -L {folder} -0 "$0" {folder}/usr/bin/python{PYTHON} "$@"\n')
         launcher.chmod(0o755)
         yield {}
 

@@ -28,7 +28,7 @@ LARGEST = 3 * 2**19  # bytes of a wheel
 SOURCES = (
     "CMakeLists.txt", "pyproject.toml", "native/LICENSE", "NOTICE", "packaging/build_wheels.py",
     "packaging/check_binary.py", "packaging/own_symbols.py", "packaging/wheel_parts.py",
-    "packaging/wheel_targets.py", "native/CMakeLists.txt", "native/include", "native/meanvalue", "native/bindings", "native/reference",
+    "packaging/wheel_targets.py", "native/CMakeLists.txt", "native/include", "native/meanvalue", "native/bindings",
 )  # fmt: skip
 
 

@@ -14,9 +14,7 @@ def parser(name, description, subjects=(), only="", engine="cycles"):
 
 
 def add_options(made, subjects, only, samples, engine="cycles"):
-    made.add_argument(
-        "--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s"
-    )
+    made.add_argument("--output", metavar="FOLDER", type=Path, default=Path("build/demo"), help="default: %(default)s")
     if subjects:
         made.add_argument("--only", choices=tuple(subjects), help=only)
     made.add_argument(

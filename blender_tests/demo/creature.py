@@ -96,9 +96,7 @@ def add_body(cage):
     """Adds the body's rings and faces, leaving out the tentacles' row and the eyes; returns the rings' indices."""
     azimuth = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
     around = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(SEGMENTS)], axis=1)
-    rings = [
-        cage.add_vertices(radius * around + [0.0, shift, height]) for height, radius, shift in BODY_RINGS
-    ]
+    rings = [cage.add_vertices(radius * around + [0.0, shift, height]) for height, radius, shift in BODY_RINGS]
     for row in range(len(rings) - 1):
         for column in range(SEGMENTS):
             if row != TENTACLE_ROW and not is_eye(row, column):

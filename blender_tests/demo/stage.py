@@ -34,9 +34,7 @@ def camera_axes(azimuth_deg, elevation_deg):
     azimuth 0 looks from -y, positive turns the camera towards +x; elevation is above the horizon.
     """
     azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
-    backwards = np.array(
-        [np.sin(azimuth) * np.cos(elevation), -np.cos(azimuth) * np.cos(elevation), np.sin(elevation)]
-    )
+    backwards = np.array([np.sin(azimuth) * np.cos(elevation), -np.cos(azimuth) * np.cos(elevation), np.sin(elevation)])
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     return np.stack([right, np.cross(backwards, right), backwards])
 

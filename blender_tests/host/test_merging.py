@@ -22,9 +22,7 @@ def test_merged_vertices_are_solved_as_one():
     expected, _ = bent_tube(vertices, triangles, len(vertices))
     split, own, numbers = cut_open()
     anchors = np.flatnonzero((numbers < 12) | (numbers >= len(vertices) - 12))
-    bind_input = given(
-        split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4
-    )
+    bind_input = given(split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4)
     assert len(bind_input.solver_mesh.rest) == len(vertices)
     targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
     result, deformer = solved(bind_input, own, targets)

@@ -228,10 +228,10 @@ def test_what_has_no_finite_shape_is_refused():
     shapes = vertices, 1000.0 * vertices
     with pytest.raises(meanvalue.InvalidInput, match="far outside 0 to 1"):
         meanvalue.Morpher(shapes, faces).solve([-490.0, 491.0])
-    with pytest.raises(meanvalue.InvalidInput, match="far outside 0 to 1"):
-        meanvalue.baselines.poisson_morph(*shapes, faces, 1e308)
     with pytest.raises(meanvalue.InvalidInput, match="None"):
         meanvalue.blend([meanvalue.encode(vertices, faces), None], [0.5, 0.5])
+    with pytest.raises(meanvalue.InvalidInput, match="far outside 0 to 1"):
+        pytest.importorskip("meanvalue.baselines").poisson_morph(*shapes, faces, 1e308)
 
 
 @pytest.mark.parametrize(

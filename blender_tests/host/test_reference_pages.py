@@ -16,12 +16,14 @@ ADVICE = "it is not what the sources say: ./dev docs reference writes it anew"
 
 
 PAGES = {name: REFERENCE / f"{name}.md" for name in ("python", "cpp")}
-PAGES["decisions"] = ROOT / "docs" / "decisions" / "README.md"
+PAGES |= {"decisions": ROOT / "docs" / "decisions" / "README.md", "jobs": REFERENCE / "jobs"}
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_what_the_sources_say(name):
-    assert importlib.import_module(f"{name}_page").page() == PAGES[name].read_text(encoding="utf-8"), ADVICE
+    module = importlib.import_module(f"{name}_page")
+    said = {f"{job}.md": text for job, text in module.pages().items()} if name == "jobs" else {"": module.page()}
+    assert said == {file: (PAGES[name] / file).read_text(encoding="utf-8") for file in said}, ADVICE
 
 
 def test_python_page_has_every_function_with_text():

@@ -81,7 +81,6 @@ def test_markers_are_swapped_and_what_cannot_be_is_told(tmp_path):
     assert np.array_equal(seen(take)[one], after[one])
 
 
-
 def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
     positions = recorded()
     positions[20:24, 3] = np.nan

@@ -220,7 +220,6 @@ def test_corners_that_are_nearly_in_one_place_are_told_with_a_distance_that_join
     assert installed.part("live.engine").status(obj) is None
 
 
-
 def test_merged_doubles_are_no_problem_any_more(capfd):
     obj = open_seam()
     steps.add_handle(obj, "Pin", over(obj, lambda x, y: x == -SIDE), pin=True)

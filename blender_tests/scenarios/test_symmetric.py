@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Symmetric: one side's handles pose both sides of a mesh that is symmetric by itself."""
 
-
 import bpy
 import numpy as np
 import pytest

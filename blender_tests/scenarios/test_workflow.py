@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The artist's whole way, by operators only."""
 
-
 import bpy
 import numpy as np
 import pytest

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An animated tube to bake, and what Blender shows of it at every frame."""
 
-
 import bpy
 import numpy as np
 

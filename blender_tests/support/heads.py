@@ -55,7 +55,5 @@ def _add_skin(shape, segments):
 
 def _add_ball(shape, place, radius):
     before = len(shape.verts)
-    bmesh.ops.create_icosphere(
-        shape, subdivisions=2, radius=radius, matrix=Matrix.Translation(Vector(place))
-    )
+    bmesh.ops.create_icosphere(shape, subdivisions=2, radius=radius, matrix=Matrix.Translation(Vector(place)))
     return list(range(before, len(shape.verts)))

@@ -9,9 +9,7 @@ import numpy as np
 from blender_tests.demo.off_file import read_off
 
 # Real meshes are kept beside the checkout, never in it: they may not be shipped.
-DATA = pathlib.Path(
-    os.environ.get("MEANVALUE_DATA", pathlib.Path(__file__).resolve().parents[3] / "shared" / "data")
-)
+DATA = pathlib.Path(os.environ.get("MEANVALUE_DATA", pathlib.Path(__file__).resolve().parents[3] / "shared" / "data"))
 
 
 def model_paths(folder="models"):
@@ -22,9 +20,7 @@ def model_paths(folder="models"):
 def read_triangles(path):
     """Vertices (n, 3) float64 and triangles (m, 3) int32 of an OFF or OBJ file; polygons are split into fans."""
     vertices, polygons = read_off(path) if path.suffix == ".off" else read_obj(path)
-    triangles = [
-        (polygon[0], polygon[k], polygon[k + 1]) for polygon in polygons for k in range(1, len(polygon) - 1)
-    ]
+    triangles = [(polygon[0], polygon[k], polygon[k + 1]) for polygon in polygons for k in range(1, len(polygon) - 1)]
     return vertices, np.array(triangles, np.int32).reshape(-1, 3)
 
 

@@ -80,6 +80,7 @@ def animate(obj, frames=12):
         key.keyframe_insert("value", frame=frame)
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, frames
 
+
 MIX = "Rotation-Aware Mix"
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What meshes that are bound as portable are solved to, as a digest of bits, to compare systems and processors by.
 
-    portable_bits.py make FILE      writes meshes and targets: sines and products of numpy are the C library's and the
-                                    processor's, so that others read them
-    portable_bits.py digest FILE    prints the digest of the answers, and that of the C library's own functions
+portable_bits.py make FILE      writes meshes and targets: sines and products of numpy are the C library's and the
+                                processor's, so that others read them
+portable_bits.py digest FILE    prints the digest of the answers, and that of the C library's own functions
 """
 
 import hashlib

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parts of the panel as the guide shows them. `./dev docs pictures` takes these and others into docs/pictures.
 
-    ./dev test --only ui -k guide_pictures
+./dev test --only ui -k guide_pictures
 """
 
 from harness import tabs

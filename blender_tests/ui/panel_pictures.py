@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel in each of its states: nothing is printed while it is drawn, and the pictures are for looking at.
 
-    ./dev test --only ui -k panel_pictures
+./dev test --only ui -k panel_pictures
 """
 
 import contextlib

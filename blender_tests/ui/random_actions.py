@@ -20,6 +20,7 @@ ROUNDS = 80
 SEED = int(os.environ.get("MEANVALUE_UI_SEED", "1"))
 LOG = pathlib.Path(os.environ["MEANVALUE_UI_PICTURES"], "random_actions.log")
 
+
 def _engine():
     return installed.part("live.engine")
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Symmetric and Mirror at the interface: a drag by the mouse keeps both sides alike, in every step.
 
-    ./dev test --only ui -k symmetry
+./dev test --only ui -k symmetry
 """
 
 import bpy

@@ -31,9 +31,7 @@ def runs(request):
 @pytest.mark.parametrize(
     ("path", "name"),
     [
-        pytest.param(
-            path, name, id=f"{path.stem}-{name}", marks=() if path.stem in QUICK else pytest.mark.slow
-        )
+        pytest.param(path, name, id=f"{path.stem}-{name}", marks=() if path.stem in QUICK else pytest.mark.slow)
         for path in listing.scenario_files()
         for name in listing.scenarios(path)
     ],

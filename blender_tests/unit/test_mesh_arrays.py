@@ -37,6 +37,20 @@ def blender_triangles(mesh):
     return [tuple(triangle.vertices) for triangle in mesh.loop_triangles]
 
 
+@pytest.mark.parametrize("corners", [4, 5, 9, 24])
+def test_the_module_splits_polygons_as_blender_does(arrays, native, corners):
+    random = np.random.default_rng(corners)
+    angles_rad = np.sort(random.uniform(0.0, 2.0 * np.pi, (20, corners)), axis=1)
+    flat = np.stack([np.cos(angles_rad), np.sin(angles_rad), 0.1 * angles_rad], axis=2)
+    places = flat * random.uniform(0.2, 1.0, (20, corners, 1)) @ np.linalg.qr(random.normal(size=(3, 3)))[0]
+    faces = np.arange(20 * corners).reshape(20, corners)
+    mesh = bpy.data.meshes.new("Polygons")
+    mesh.from_pydata(np.float32(places).reshape(-1, 3).tolist(), [], faces.tolist())
+    triangles, polygons = native.triangulate(arrays.vertex_positions(mesh), faces)
+    assert {frozenset(triangle) for triangle in triangles.tolist()} == set(map(frozenset, blender_triangles(mesh)))
+    assert np.array_equal(polygons, np.repeat(np.arange(20), corners - 2))
+
+
 def anchored(obj):
     steps.list_anchors(obj, A=[0, 4, 20])
     return obj

@@ -80,11 +80,53 @@ Triangles as_triangles(const py::object& values, const char* name) {
     const py::array array = as_array(values, name, "(m, 3) of int32");
     if (array.ndim() != 2 || array.shape(1) != 3) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array),
-                                   "; give (m, 3): split polygons into triangles first"));
+                                   "; give (m, 3) triangles, which triangulate() makes of polygons"));
     }
     const LongArray integers = as_integers(array, name, "vertex");
     using LongTriangles = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
     return Eigen::Map<const LongTriangles>(integers.data(), integers.shape(0), 3).cast<Index>();
+}
+
+std::optional<Polygons> as_polygons(const py::object& faces) {
+    const auto is_list_of_numbers = [](const py::handle& item) {
+        return py::isinstance<py::array>(item) && py::reinterpret_borrow<py::array>(item).ndim() == 1;
+    };
+    Polygons result;
+    if (py::isinstance<py::tuple>(faces) && py::len(faces) == 2) {
+        const auto pair = py::reinterpret_borrow<py::tuple>(faces);
+        const bool are_triangles = py::len(pair[0]) == 3 && py::len(pair[1]) == 3;
+        if (is_list_of_numbers(pair[0]) && is_list_of_numbers(pair[1]) && !are_triangles) {
+            result.offsets = as_indices(pair[0], "faces[0]", "corner");
+            result.corners = as_indices(pair[1], "faces[1]", "vertex");
+            return result;
+        }
+    }
+    const py::array array = py::array::ensure(faces);
+    result.offsets.push_back(0);
+    if (array && array.ndim() == 2 && array.shape(1) > 3) {
+        const LongArray integers = as_integers(array, "faces", "vertex");
+        result.corners.assign(integers.data(), integers.data() + integers.size());
+        for (py::ssize_t face = 1; face <= array.shape(0); ++face)
+            result.offsets.push_back(static_cast<Index>(face * array.shape(1)));
+        return result;
+    }
+    if (!py::isinstance<py::sequence>(faces) || (array && (array.ndim() != 1 || !is_of_kind(array, "O")))) {
+        return {};
+    }
+    for (const py::handle face : py::iter(faces)) {
+        const py::array corners = py::array::ensure(face);
+        if (!corners || corners.ndim() != 1) return {};
+        const std::string name = message("faces[", result.offsets.size() - 1, "]");
+        const std::vector<Index> owned = as_indices(corners, name.c_str(), "vertex");
+        result.corners.insert(result.corners.end(), owned.begin(), owned.end());
+        result.offsets.push_back(static_cast<Index>(result.corners.size()));
+    }
+    return result;
+}
+
+Triangles triangles_of(const py::object& faces, const Positions& vertices) {
+    const std::optional<Polygons> polygons = as_polygons(faces);
+    return polygons ? triangulate(vertices, *polygons).triangles : as_triangles(faces, "faces");
 }
 
 std::vector<Index> as_indices(const py::object& values, const char* name, const char* of) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "bindings/polygons.h"
 #include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/types.h"
 
@@ -37,6 +38,14 @@ std::vector<SharedPositions> own_shapes(const py::object& shapes, const char* na
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an
 /// integer type, or out of the 32-bit range.
 Triangles as_triangles(const py::object& values, const char* name);
+
+/// Faces of any number of corners: (m, k), a sequence of (k,) of different lengths, or a tuple of two arrays, offsets
+/// and corners as of Polygons. None where they are something else, as (m, 3). @throws InvalidInput where they are not
+/// of an integer type, or out of the 32-bit range.
+std::optional<Polygons> as_polygons(const py::object& faces);
+
+/// Of either kind of faces. @throws InvalidInput as both, and as triangulate().
+Triangles triangles_of(const py::object& faces, const Positions& vertices);
 
 /// From an array or anything that numpy makes one of. @param of what they number, for the message.
 /// @throws InvalidInput where they are not (k,), not of an integer type, or out of the 32-bit range.

@@ -31,7 +31,7 @@ void bind_baseline(py::module_& module, const char* name, const std::string& sum
                                const py::object& targets, const std::optional<py::object>& roi, Options... options,
                                int threads, const SharedExecution& execution) {
         const PositionsArray positions(vertices, "vertices");
-        const Triangles triangles = as_triangles(faces, "faces");
+        const Triangles triangles = triangles_of(faces, positions.view());
         const PositionsArray target_positions(targets, "targets");
         const baselines::Problem problem{
             positions.view(),     triangles, as_indices(anchors, "anchors", "vertex"), target_positions.view(),
@@ -96,7 +96,7 @@ void bind_morphs(py::module_& module) {
            const SharedExecution& execution) {
             const PositionsArray from(first, "first");
             const PositionsArray to(second, "second");
-            const Triangles triangles = as_triangles(faces, "faces");
+            const Triangles triangles = triangles_of(faces, from.view());
             const SharedExecution held = execution_or_new(execution);
             return to_array(beside(
                 held, [&] { return baselines::poisson_morph(from.view(), to.view(), triangles, share, *held); }));

@@ -96,8 +96,9 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
                 const std::optional<py::object>& examples, bool early, const SharedExecution& execution) {
-    Binding binding(PositionsArray(vertices, "vertices").view(),
-                    std::make_shared<const Triangles>(as_triangles(faces, "faces")), {}, as_flags(roi, "roi"));
+    const PositionsArray positions(vertices, "vertices");
+    Binding binding(positions.view(), std::make_shared<const Triangles>(triangles_of(faces, positions.view())), {},
+                    as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, binding);
     binding.loose = loose_rule_from_name(loose);
     binding.method = method_from_name(method);
@@ -117,11 +118,12 @@ Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& an
 }
 
 SolveOptions solve_options(std::optional<double> tolerance, int max_iterations, bool settle,
-                           const std::optional<py::object>& weights) {
+                           const std::optional<py::object>& weights, int threads) {
     SolveOptions options;
     options.tolerance = tolerance;
     options.max_iterations = max_iterations;
     options.settle = settle;
+    options.threads = threads;
     if (weights) {
         options.weights = as_numbers(*weights, "weights");
         if (options.weights.empty())
@@ -152,9 +154,10 @@ std::optional<PositionsView> view_of(const std::shared_ptr<const Positions>& sta
 
 Task start_solve(const std::shared_ptr<Deformer>& deformer, const py::object& targets,
                  const std::optional<py::object>& start, std::optional<double> tolerance, int max_iterations,
-                 bool settle, const std::optional<py::object>& weights, const SharedExecution& execution) {
+                 bool settle, const std::optional<py::object>& weights, int threads,
+                 const SharedExecution& execution) {
     return start_solve_of(
-        targets, solve_options(tolerance, max_iterations, settle, weights), execution,
+        targets, solve_options(tolerance, max_iterations, settle, weights, threads), execution,
         [deformer, own = own_start(start)](const Positions& goal, const SolveOptions& options, Execution& held) {
             return deformer->solve(goal, view_of(own), options, held);
         });
@@ -168,22 +171,21 @@ auto deformer_of(Task (*start)(Arguments...)) {
     };
 }
 
-/// A drag with its deformer.
+/// A drag until it is ended.
 struct Drag {
-    std::shared_ptr<Deformer> deformer;
     std::shared_ptr<Deformer::Drag> drag;
 };
 
-Drag begin_drag(const std::shared_ptr<Deformer>& deformer, const std::optional<py::object>& start) {
+Drag begin_drag(const Deformer& deformer, const std::optional<py::object>& start) {
     const std::shared_ptr<const Positions> own = own_start(start);
-    return {deformer, std::make_shared<Deformer::Drag>(*deformer, view_of(own))};
+    return {std::make_shared<Deformer::Drag>(deformer, view_of(own))};
 }
 
 Task start_solve_in_drag(const Drag& drag, const py::object& targets, std::optional<double> tolerance,
-                         int max_iterations, bool settle, const std::optional<py::object>& weights,
+                         int max_iterations, bool settle, const std::optional<py::object>& weights, int threads,
                          const SharedExecution& execution) {
     if (!drag.drag) throw ::meanvalue::InvalidInput("the drag has ended; begin another with Deformer.drag()");
-    return start_solve_of(targets, solve_options(tolerance, max_iterations, settle, weights), execution,
+    return start_solve_of(targets, solve_options(tolerance, max_iterations, settle, weights, threads), execution,
                           [drag](const Positions& goal, const SolveOptions& options, Execution& held) {
                               return drag.drag->solve(goal, options, held);
                           });
@@ -219,7 +221,9 @@ void bind_deformer(py::module_& module) {
     def_bind(
         [&](const auto&... arguments) { deformer.def(py::init(deformer_of(&start_bind)), arguments...); },
         "Bind a mesh.\n\n"
-        "vertices: (n, 3) rest positions; faces: (m, 3) int32 triangles; anchors: (k,) vertex numbers.\n"
+        "vertices: (n, 3) rest positions; anchors: (k,) vertex numbers.\n"
+        "faces: (m, 3) int32 triangles, or polygons, which triangulate() splits: (m, k), a list of (k,) of any\n"
+        "lengths, or a tuple (offsets, corners) of two arrays, face i with corners[offsets[i]:offsets[i + 1]].\n"
         "roi: (n,) bool, True may move; outside it everything keeps its place. None: every vertex may.\n"
         "handles: (k,) piece numbers from 0: anchors of one piece move rigidly together, so that far turns can\n"
         "be followed along their way. None: anchors joined by edges make a piece.\n"
@@ -254,6 +258,18 @@ void bind_deformer(py::module_& module) {
     def_bind([&](const auto&... arguments) { module.def("start_bind", &start_bind, arguments...); },
              "As Deformer(), beside the interpreter. Returns a Task whose result is the Deformer.\n\n"
              "Arrays are copied first. Raises InvalidInput for arrays of another form.");
+    module.def(
+        "deform",
+        [type = py::object(deformer)](const py::object& vertices, const py::object& faces, const py::object& anchors,
+                                      const py::object& targets, const py::kwargs& as_deformer) {
+            py::dict also;
+            if (as_deformer.contains("execution")) also["execution"] = as_deformer["execution"];
+            return type(vertices, faces, anchors, **as_deformer).attr("solve")(targets, **also);
+        },
+        py::arg("vertices"), py::arg("faces"), py::arg("anchors"), py::arg("targets"),
+        "One pose of a mesh: binds and solves at once.\n\n"
+        "vertices, faces, anchors, and all that is given by name: as of Deformer(); targets: as of its solve().\n"
+        "Returns a Solution. For other targets of the same anchors, keep a Deformer. Raises as both.");
     def_with_start(
         deformer, "solve", &start_solve,
         "Place every free vertex so that the shape is kept as well as the anchors allow.\n\n"
@@ -274,13 +290,14 @@ void bind_deformer(py::module_& module) {
         "end of a drag.\n"
         "weights: (k,) from 0 to 1, or None: what the strength of each soft anchor is multiplied with, 1 for\n"
         "hard ones. At 0 it is free, and its target may be anything, also NaN.\n"
+        "threads: 0 for as many as the mesh was bound with; results do not depend on it.\n"
         "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
         "Returns a Solution.\n"
         "Raises InvalidInput, SolverFailure, Cancelled; the deformer stays usable. Threads may solve on one\n"
         "deformer side by side, each with the bits that it has alone.",
         py::arg("targets"), py::kw_only(), py::arg("start") = py::none(), py::arg("tolerance") = py::none(),
         py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
-        py::arg("weights") = py::none(), py::arg("execution") = py::none());
+        py::arg("weights") = py::none(), py::arg("threads") = 0, py::arg("execution") = py::none());
     py::class_<Drag> drag(
         module, "Drag", py::module_local(),
         "A row of solves, each from the answer of the one before: by Deformer.drag().\n\n"
@@ -292,7 +309,7 @@ void bind_deformer(py::module_& module) {
         "As Deformer.solve(), from the last answer. After an exception the next begins where this one did.",
         py::arg("targets"), py::kw_only(), py::arg("tolerance") = py::none(),
         py::arg("max_iterations") = defaults.max_iterations, py::arg("settle") = defaults.settle,
-        py::arg("weights") = py::none(), py::arg("execution") = py::none());
+        py::arg("weights") = py::none(), py::arg("threads") = 0, py::arg("execution") = py::none());
     drag.def(
         "draft", &draft_of, py::arg("targets"),
         "What solve() is going to give, in a few milliseconds: (n, 3), hard anchors at their targets, or None\n"

@@ -18,7 +18,7 @@ Encoding encode_mesh(const py::object& vertices, const py::object& faces, int th
                      const SharedExecution& execution) {
     const PositionsArray array(vertices, "vertices");
     const auto positions = array.view();
-    const Triangles triangles = as_triangles(faces, "faces");
+    const Triangles triangles = triangles_of(faces, positions);
     const SharedExecution held = execution_or_new(execution);
     return beside(held, [&] {
         require_finite(positions, "vertices");
@@ -99,7 +99,7 @@ void bind_encoding(py::module_& module) {
     module.def("encode", &encode_mesh, py::arg("vertices"), py::arg("faces"), py::kw_only(), py::arg("threads") = 0,
                py::arg("execution") = py::none(),
                "Encode every vertex by its one-ring (equations 1 to 9).\n\n"
-               "vertices: (n, 3) float64; faces: (m, 3) int32, counter-clockwise seen from outside.\n"
+               "vertices: (n, 3) float64; faces: as of Deformer(), counter-clockwise seen from outside.\n"
                "threads: 0 for every core; the result does not depend on it.\n"
                "Raises InvalidInput that names what is wrong, Cancelled.");
 }

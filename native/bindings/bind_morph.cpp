@@ -17,8 +17,11 @@ namespace {
 
 using SharedExecution = std::shared_ptr<Execution>;
 
-/// The triangles of all shapes. @param faces (m, 3), or one of these for each shape, which must be equal.
-Triangles own_faces(const py::object& faces, std::size_t shape_count) {
+/// The triangles of all shapes. @param faces of one mesh, or (m, 3) for each shape, which must be equal.
+Triangles own_faces(const py::object& faces, const std::vector<SharedPositions>& shapes) {
+    const std::size_t shape_count = shapes.size();
+    const std::optional<Polygons> polygons = as_polygons(faces);
+    if (polygons && shape_count > 0) return triangulate(*shapes.front(), *polygons).triangles;
     const py::array array = py::array::ensure(faces);
     const bool are_several = array ? array.ndim() == 3 : py::isinstance<py::sequence>(faces);
     if (!are_several) return as_triangles(faces, "faces");
@@ -64,7 +67,7 @@ std::vector<double> own_weights(const py::object& weights, std::size_t shape_cou
 Task start_bind_morph(const py::object& shapes, const py::object& faces, const std::optional<py::object>& anchors,
                       int threads, bool portable, const SharedExecution& execution) {
     const std::vector<SharedPositions> owned = own_shapes(shapes, "shapes");
-    MorphBinding binding(owned, std::make_shared<const Triangles>(own_faces(faces, owned.size())));
+    MorphBinding binding(owned, std::make_shared<const Triangles>(own_faces(faces, owned)));
     if (anchors) binding.anchors = as_indices(*anchors, "anchors", "vertex");
     binding.threads = threads;
     binding.instructions = portable ? InstructionSet::kPortable : InstructionSet::kFastest;
@@ -77,8 +80,9 @@ Task start_bind_morph(const py::object& shapes, const py::object& faces, const s
 }
 
 Task start_solve(const std::shared_ptr<Morpher>& morpher, const py::object& weights,
-                 const std::optional<py::object>& parts, const SharedExecution& execution) {
+                 const std::optional<py::object>& parts, int threads, const SharedExecution& execution) {
     MorphOptions options;
+    options.threads = threads;
     if (parts) options.parts = as_indices(*parts, "parts", "shape");
     const SharedExecution held = execution_or_new(execution);
     return {held,
@@ -161,11 +165,13 @@ void bind_morph(py::module_& module) {
         "parts: numbers of the shapes that enter only where they have a weight, where weights are (k, n): they\n"
         "are placed by what fits best where they enter, and the whole is a mix of the others. None: all but the\n"
         "one with the largest mean weight. Name them where weights change from solve to solve, as with sliders.\n"
+        "threads: 0 for as many as it was bound with.\n"
         "execution: an Execution by which another thread cancels the solve and sees how far it is.\n"
         "Returns a Solution. Each part of the mesh is placed by the best fit of rotation and translation to the\n"
         "average positions. The result depends on the weights alone. Threads may solve on one morpher side by\n"
         "side. Raises InvalidInput, SolverFailure, Cancelled; the morpher stays usable.",
-        py::arg("weights"), py::kw_only(), py::arg("parts") = py::none(), py::arg("execution") = py::none());
+        py::arg("weights"), py::kw_only(), py::arg("parts") = py::none(), py::arg("threads") = 0,
+        py::arg("execution") = py::none());
     morpher.def_property_readonly("report", &Morpher::report, py::return_value_policy::reference_internal,
                                   "MorphReport: what bind found, and what it cost.");
     module.def(

@@ -168,6 +168,26 @@ void bind_surface(py::module_& module) {
             "parts", [](const py::object& self) { return view_of(self.cast<const SurfaceWays&>().parts(), self); },
             "(n,) int32: the lowest vertex of the connected piece of each.");
     module.def(
+        "triangulate",
+        [](const py::object& vertices, const py::object& faces) {
+            const PositionsArray positions(vertices, "vertices");
+            std::optional<Polygons> polygons = as_polygons(faces);
+            if (!polygons) {
+                const Triangles triangles = as_triangles(faces, "faces");
+                polygons = Polygons{{0}, {triangles.data(), triangles.data() + triangles.size()}};
+                for (Index corner = 3; corner <= triangles.size(); corner += 3)
+                    polygons->offsets.push_back(corner);
+            }
+            const auto result = std::make_unique<Triangulation>(triangulate(positions.view(), *polygons));
+            return py::make_tuple(
+                py::array_t<Index>({result->triangles.rows(), Eigen::Index{3}}, result->triangles.data()),
+                py::array_t<Index>(static_cast<py::ssize_t>(result->polygons.size()), result->polygons.data()));
+        },
+        py::arg("vertices"), py::arg("faces"),
+        "The triangles that Blender shows of polygons: (triangles (t, 3) int32, polygons (t,) int32, the face that\n"
+        "each is a part of).\n\n"
+        "vertices: (n, 3); faces: as of Deformer(). Raises InvalidInput that names what is wrong.");
+    module.def(
         "first_of_place", &firsts_of_places, py::arg("points"), py::arg("distance"),
         "(n,) int32: for each of points (n, 3) the lowest of those that steps of at most `distance` lead to;\n"
         "itself for one that is not finite. Of more than 8 points that are nearer together than about half of\n"

@@ -57,5 +57,7 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_morph(module);
     meanvalue::bindings::bind_sliders(module);
     meanvalue::bindings::bind_surface(module);
+#ifdef MEANVALUE_WITH_REFERENCE
     meanvalue::bindings::bind_baselines(module);
+#endif
 }

@@ -43,6 +43,28 @@ TEST(Deformer, APulledAnchorMakesNoSpike) {
     }
 }
 
+TEST(Deformer, AndItsDragsAreMoved) {
+    const Pose twist = two_ends("twist", capped_tube(8, 12, 4.0), Vector3::UnitZ(), kPi / 4, {0, 0, 0});
+    const Binding binding = binding_of(twist.mesh, twist.anchors, Method::kFast);
+    std::vector<Deformer> deformers;
+    std::vector<Deformer::Drag> drags;
+    for (int k = 0; k < 5; ++k) {
+        deformers.emplace_back(binding);
+        drags.emplace_back(deformers.back());
+    }
+    const Positions expected = deformers.front().solve(twist.targets).vertices;
+    EXPECT_EQ(deformers.back().solve(twist.targets).vertices, expected);
+    deformers.front() = std::move(deformers.back());
+    EXPECT_EQ(deformers.front().solve(twist.targets).vertices, expected);
+    deformers.clear();  // a drag keeps what was bound
+    for (Deformer::Drag& drag : drags)
+        EXPECT_EQ(drag.solve(twist.targets).vertices, drags.front().solve(twist.targets).vertices);
+    EXPECT_EQ(deform(twist.mesh.vertices, twist.mesh.faces, twist.anchors, twist.targets).vertices, expected);
+    const Eigen::VectorXi anchors =
+        Eigen::Map<const Eigen::VectorXi>(twist.anchors.data(), static_cast<Eigen::Index>(twist.anchors.size()));
+    EXPECT_EQ(Binding(twist.mesh.vertices, twist.mesh.faces, anchors).anchors, twist.anchors);
+}
+
 TEST(Deformer, ASolveDoesNotWaitForAnother) {
     const Pose pose = spread_pull("pull", with_noise(torus(80, 60), 0.05, 1), 8, {0.5, 0.5, 1.0});
     const auto deformer = bound(binding_of(pose.mesh, pose.anchors, Method::kFull));

@@ -30,9 +30,10 @@ HEAD = """# C++ library
 <!-- Written by `./dev docs reference` from the headers; a test compares. Do not edit. -->
 
 `cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` finds it, with the target
-`meanvalue::meanvalue`, and `native/example` in the repository is a project that uses it. `meanvalue/meanvalue.h`
-includes all of it: the headers of `Deformer`, `solve_sequence()`, `Morpher`, `SliderFit`, `Execution` and the
-exceptions, and what stands in their signatures. All is in the namespace `meanvalue`. Private members are left out here.
+`meanvalue::meanvalue`; or it becomes a part of your project, by `add_subdirectory` or `FetchContent`. With
+`BUILD_SHARED_LIBS` it is a shared library. The [jobs](jobs/one_pose.md) show it at work. `meanvalue/meanvalue.h`
+includes all of it: `Deformer`, `deform()`, `solve_sequence()`, `Morpher`, `SliderFit`, `Execution` and the exceptions,
+and what stands in their signatures. All is in the namespace `meanvalue`. Private members are left out here.
 """
 
 

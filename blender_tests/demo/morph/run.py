@@ -30,9 +30,7 @@ def options(argv):
 
 def blocks(words, empty_scene):
     """The report's lines for each subject; makes the files."""
-    return [
-        one(make(), words, empty_scene) for name, make in subjects.MAKERS.items() if words.only in (None, name)
-    ]
+    return [one(make(), words, empty_scene) for name, make in subjects.MAKERS.items() if words.only in (None, name)]
 
 
 def one(subject, words, empty_scene):
@@ -43,9 +41,7 @@ def one(subject, words, empty_scene):
     add_object(subject, "Other", subject.other).hide_set(True)
     bpy.context.view_layer.objects.active = obj
     straight, turned, seconds, baked = mixed(subject, obj)
-    bpy.ops.wm.save_as_mainfile(
-        filepath=str(words.output / f"{subject.stem}.blend"), check_existing=False
-    )
+    bpy.ops.wm.save_as_mainfile(filepath=str(words.output / f"{subject.stem}.blend"), check_existing=False)
     print(f"{subject.title}: rendering ...", flush=True)
     path = words.output / f"{subject.stem}.png"
     draw(path, subject, [straight, turned], words, empty_scene)

@@ -8,6 +8,72 @@
 #include "meanvalue/deform/bound_mesh.h"
 
 namespace meanvalue {
+namespace {
+
+/// @param region the decoder's vertices that the solve begins at, none: at rest; receives those of the result.
+Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, const PositionsView& targets,
+                    std::optional<Positions>& region, const SolveOptions& options, Execution& execution) {
+    const double tolerance = options.tolerance.value_or(bound.default_tolerance());
+    if (!(tolerance > 0.0)) {
+        throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
+    }
+    if (options.max_iterations < 0) {
+        throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
+    }
+    const std::vector<double>& weights = options.weights;
+    const Positions filled = bound.targets_without_gaps(targets, weights);
+    const PositionsView filled_view = filled;
+    const int threads = bound.threads_of(options.threads);
+    const Positions* const previous = region ? &*region : nullptr;
+    Positions positions = bound.start_of_region(filled, previous, weights, threads, execution);
+    Solution solution;
+    DecodeReport report;
+    Timings total;
+    {
+        const StageTimer timer(total, "total");
+        execution.begin_stage("solve");
+        DecodeOptions decode_options;
+        decode_options.tolerance = tolerance;
+        decode_options.max_iterations = options.max_iterations;
+        decode_options.enough_energy = options.enough_energy;
+        decode_options.previous = previous;
+        decode_options.targets = &filled_view;
+        decode_options.weights = weights.empty() ? nullptr : &weights;
+        decode_options.threads = threads;
+        decode_options.in_drag = in_drag;
+        decode_options.is_last = options.settle;
+        const Decoder& decoder = bound.decoder();
+        report = decoder.decode(decode_options, workspace, positions, execution);
+        if (previous != nullptr && options.settle) {
+            Positions fresh = bound.start_of_region(filled, nullptr, weights, threads, execution);
+            decode_options.previous = nullptr;
+            DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
+            if (fresh_report.energies.back() < report.energies.back()) {
+                report = std::move(fresh_report);
+                positions = std::move(fresh);
+            }
+        }
+        // Once both are done: after a cancel the next frame goes on from the answer before.
+        if (options.settle) workspace.forget();
+    }
+    solution.vertices = bound.whole_mesh(positions, filled, threads);
+    solution.example_weights = bound.example_weights(report.example_weights, threads);
+    region = std::move(positions);
+    solution.energies = report.energies;
+    solution.initial_energy = report.energies.front();
+    solution.energy = report.energies.back();
+    solution.initial_gradient = report.initial_gradient;
+    solution.gradient = report.gradient;
+    solution.iterations = report.iterations;
+    solution.all_iterations = std::max(report.iterations, report.all_iterations);
+    solution.converged = report.converged;
+    solution.stop_reason = report.stop_reason;
+    solution.timings = std::move(report.timings);
+    solution.timings.merge(total);
+    return solution;
+}
+
+}  // namespace
 
 struct Deformer::State {
     explicit State(std::unique_ptr<const BoundMesh> mesh) : bound(std::move(mesh)) {}
@@ -25,15 +91,15 @@ struct Deformer::State {
         if (lock) idle = std::move(workspace);
     }
 
-    const std::unique_ptr<const BoundMesh> bound;
+    const std::shared_ptr<const BoundMesh> bound;
     std::mutex mutex;
     std::unique_ptr<Workspace> idle;  // of the last solve, for the next: to take its memory again costs a part of one
 };
 
 struct Deformer::Drag::State {
-    explicit State(const Deformer& of) : deformer(of) {}
+    explicit State(std::shared_ptr<const BoundMesh> mesh) : bound(std::move(mesh)) {}
 
-    const Deformer& deformer;
+    const std::shared_ptr<const BoundMesh> bound;
     std::mutex mutex;
     std::optional<Positions> region;  // of the last answer
     std::mutex making;                // of the workspace, which is there for good then
@@ -54,6 +120,8 @@ Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer*
 
 Deformer::Deformer(const Binding& binding) : Deformer(binding, *std::make_unique<Execution>()) {}
 
+Deformer::Deformer(Deformer&&) noexcept = default;
+Deformer& Deformer::operator=(Deformer&&) noexcept = default;
 Deformer::~Deformer() = default;
 
 Binding Deformer::binding_again() const {
@@ -73,26 +141,27 @@ Solution Deformer::solve(const PositionsView& targets, const std::optional<Posit
     std::unique_ptr<Workspace> workspace = state_->take_workspace(execution);
     std::optional<Positions> region;
     if (start) region = bound().region_of(*start, bound().threads_of(options.threads), execution);
-    Solution solution = solve_with(*workspace, false, targets, region, options, execution);
+    Solution solution = solve_with(bound(), *workspace, false, targets, region, options, execution);
     state_->keep_workspace(std::move(workspace));
     return solution;
 }
 
 Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start)
-    : state_(std::make_unique<State>(deformer)) {
+    : state_(std::make_unique<State>(deformer.state_->bound)) {
     if (start) state_->region = deformer.bound().region_of(*start, deformer.bound().threads_of(0), Execution());
 }
 
+Deformer::Drag::Drag(Drag&&) noexcept = default;
+Deformer::Drag& Deformer::Drag::operator=(Drag&&) noexcept = default;
 Deformer::Drag::~Drag() = default;
 
 Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
     const std::lock_guard<std::mutex> lock(state_->mutex);
-    const Deformer& deformer = state_->deformer;
     if (!state_->workspace) {
         const std::lock_guard<std::mutex> lock_making(state_->making);
-        state_->workspace = deformer.bound().decoder().make_workspace(execution);
+        state_->workspace = state_->bound->decoder().make_workspace(execution);
     }
-    return deformer.solve_with(*state_->workspace, true, targets, state_->region, options, execution);
+    return solve_with(*state_->bound, *state_->workspace, true, targets, state_->region, options, execution);
 }
 
 std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads) const {
@@ -102,7 +171,7 @@ std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int
         if (lock) workspace = state_->workspace.get();
     }
     if (workspace == nullptr) return {};
-    const BoundMesh& bound = state_->deformer.bound();
+    const BoundMesh& bound = *state_->bound;
     const Execution uncancelled;
     const Positions filled = bound.targets_without_gaps(targets, {});
     const PositionsView filled_view = filled;
@@ -112,69 +181,6 @@ std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int
     Positions region = bound.start_of_region(filled, nullptr, {}, options.threads, uncancelled);
     if (!bound.decoder().draft(options, *workspace, region, uncancelled)) return {};
     return bound.whole_mesh(region, filled, options.threads);
-}
-
-Solution Deformer::solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
-                              std::optional<Positions>& region, const SolveOptions& options,
-                              Execution& execution) const {
-    const double tolerance = options.tolerance.value_or(bound().default_tolerance());
-    if (!(tolerance > 0.0)) {
-        throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
-    }
-    if (options.max_iterations < 0) {
-        throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
-    }
-    const std::vector<double>& weights = options.weights;
-    const Positions filled = bound().targets_without_gaps(targets, weights);
-    const PositionsView filled_view = filled;
-    const int threads = bound().threads_of(options.threads);
-    const Positions* const previous = region ? &*region : nullptr;
-    Positions positions = bound().start_of_region(filled, previous, weights, threads, execution);
-    Solution solution;
-    DecodeReport report;
-    Timings total;
-    {
-        const StageTimer timer(total, "total");
-        execution.begin_stage("solve");
-        DecodeOptions decode_options;
-        decode_options.tolerance = tolerance;
-        decode_options.max_iterations = options.max_iterations;
-        decode_options.enough_energy = options.enough_energy;
-        decode_options.previous = previous;
-        decode_options.targets = &filled_view;
-        decode_options.weights = weights.empty() ? nullptr : &weights;
-        decode_options.threads = threads;
-        decode_options.in_drag = in_drag;
-        decode_options.is_last = options.settle;
-        const Decoder& decoder = bound().decoder();
-        report = decoder.decode(decode_options, workspace, positions, execution);
-        if (previous != nullptr && options.settle) {
-            Positions fresh = bound().start_of_region(filled, nullptr, weights, threads, execution);
-            decode_options.previous = nullptr;
-            DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
-            if (fresh_report.energies.back() < report.energies.back()) {
-                report = std::move(fresh_report);
-                positions = std::move(fresh);
-            }
-        }
-        // Once both are done: after a cancel the next frame goes on from the answer before.
-        if (options.settle) workspace.forget();
-    }
-    solution.vertices = bound().whole_mesh(positions, filled, threads);
-    solution.example_weights = bound().example_weights(report.example_weights, threads);
-    region = std::move(positions);
-    solution.energies = report.energies;
-    solution.initial_energy = report.energies.front();
-    solution.energy = report.energies.back();
-    solution.initial_gradient = report.initial_gradient;
-    solution.gradient = report.gradient;
-    solution.iterations = report.iterations;
-    solution.all_iterations = std::max(report.iterations, report.all_iterations);
-    solution.converged = report.converged;
-    solution.stop_reason = report.stop_reason;
-    solution.timings = std::move(report.timings);
-    solution.timings.merge(total);
-    return solution;
 }
 
 }  // namespace meanvalue

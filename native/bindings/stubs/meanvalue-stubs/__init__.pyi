@@ -6,8 +6,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import baselines as baselines
-
 __version__: str
 
 class BindReport:
@@ -101,6 +99,7 @@ class Deformer:
         max_iterations: int = 1000,
         settle: bool = False,
         weights: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Solution: ...
     def solve_sequence(
@@ -138,6 +137,7 @@ class Deformer:
         max_iterations: int = 1000,
         settle: bool = False,
         weights: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Task: ...
     def start_solve_sequence(
@@ -167,6 +167,7 @@ class Drag:
         max_iterations: int = 1000,
         settle: bool = False,
         weights: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Solution: ...
     def start_solve(
@@ -177,6 +178,7 @@ class Drag:
         max_iterations: int = 1000,
         settle: bool = False,
         weights: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Task: ...
 
@@ -246,6 +248,7 @@ class Morpher:
         weights: ArrayLike,
         *,
         parts: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Solution: ...
     def start_solve(
@@ -253,6 +256,7 @@ class Morpher:
         weights: ArrayLike,
         *,
         parts: ArrayLike | None = None,
+        threads: int = 0,
         execution: Execution | None = None,
     ) -> Task: ...
 
@@ -397,6 +401,9 @@ def blend(
     execution: Execution | None = None,
 ) -> Encoding: ...
 def build_info() -> dict[str, str | int]: ...
+def deform(
+    vertices: ArrayLike, faces: ArrayLike, anchors: ArrayLike, targets: ArrayLike, **as_deformer: Any
+) -> Solution: ...
 def encode(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -432,3 +439,4 @@ def start_bind_morph(
     portable: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...
+def triangulate(vertices: ArrayLike, faces: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...

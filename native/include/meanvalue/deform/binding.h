@@ -41,6 +41,10 @@ struct Binding {
           faces(share(faces, "faces")),
           anchors(std::move(anchors)),
           roi(std::move(roi)) {}
+    /// With the anchors in a vector of Eigen's, as libigl has them.
+    template <typename Vertices, typename Faces, typename Derived>
+    Binding(const Vertices& vertices, const Faces& faces, const Eigen::DenseBase<Derived>& anchors)
+        : Binding(vertices, faces, std::vector<Index>(anchors.derived().begin(), anchors.derived().end())) {}
 
     SharedPositions vertices;  ///< n x 3 rest positions
     SharedTriangles faces;     ///< m x 3

@@ -64,6 +64,8 @@ class Deformer {
     Deformer(const Binding& binding, Execution& execution, const Deformer* earlier = nullptr,
              const std::function<void(std::shared_ptr<Deformer>)>& when_coarse = {});
     explicit Deformer(const Binding& binding);
+    Deformer(Deformer&&) noexcept;
+    Deformer& operator=(Deformer&&) noexcept;
     ~Deformer();
 
     /// A Binding with the mesh, region of influence, method, threads, instructions and treatment of loose parts of
@@ -91,16 +93,22 @@ class Deformer {
     /// (docs/decisions/0012-predicted-drags.md). Their bits depend on each other, and on no other solve.
     class Drag {
       public:
-        /// @param start where the first solve begins, n x 3; none: at rest. @pre the deformer outlives it.
-        /// @throws InvalidInput.
+        /// @param start where the first solve begins, n x 3; none: at rest. What was bound is kept by both: destroy
+        /// or move the deformer as you like. @throws InvalidInput.
         explicit Drag(const Deformer& deformer, const std::optional<PositionsView>& start = {});
-        Drag(const Drag&) = delete;
-        Drag& operator=(const Drag&) = delete;
+        Drag(Drag&&) noexcept;
+        Drag& operator=(Drag&&) noexcept;
         ~Drag();
 
         /// As Deformer::solve(). After an exception the next solve begins where this one did. One at a time: a second
         /// thread waits.
         Solution solve(const PositionsView& targets, const SolveOptions& options, Execution& execution);
+        /// For targets in any matrix or map of Eigen's. @throws InvalidInput unless it has three columns.
+        template <typename Derived>
+        Solution solve(const Eigen::MatrixBase<Derived>& targets, const SolveOptions& options = {}) {
+            Execution execution;
+            return solve(*share(targets, "targets"), options, execution);
+        }
 
         /// What solve() is going to give for targets near the last ones, in a few milliseconds and also while a solve
         /// goes on: what the answers so far predict, and what the initial Hessian answers to the handles besides
@@ -109,6 +117,10 @@ class Deformer {
         /// @param threads 0: as many as the mesh was bound with. @return none where too little is known of such a
         /// move, or by other methods than kFast. @throws InvalidInput.
         std::optional<Positions> draft(const PositionsView& targets, int threads = 1) const;
+        template <typename Derived>
+        std::optional<Positions> draft(const Eigen::MatrixBase<Derived>& targets, int threads = 1) const {
+            return draft(PositionsView(*share(targets, "targets")), threads);
+        }
 
       private:
         struct State;
@@ -123,11 +135,16 @@ class Deformer {
 
     explicit Deformer(std::unique_ptr<const BoundMesh> bound);
 
-    /// @param region the decoder's vertices that the solve begins at, none: at rest; receives those of the result.
-    Solution solve_with(Workspace& workspace, bool in_drag, const PositionsView& targets,
-                        std::optional<Positions>& region, const SolveOptions& options, Execution& execution) const;
-
     std::unique_ptr<State> state_;
 };
+
+/// One pose of a mesh: binds and solves at once. For other targets of the same anchors, keep a Deformer.
+/// @param vertices, faces, anchors as of Binding. @param targets k x 3, in the order of the anchors.
+/// @throws as both.
+template <typename Vertices, typename Faces, typename Anchors, typename Targets>
+Solution deform(const Vertices& vertices, const Faces& faces, const Anchors& anchors, const Targets& targets,
+                const SolveOptions& options = {}) {
+    return Deformer(Binding(vertices, faces, anchors)).solve(targets, options);
+}
 
 }  // namespace meanvalue

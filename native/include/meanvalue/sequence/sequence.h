@@ -73,5 +73,10 @@ struct Sequence {
 /// anchors, Cancelled; frames whose targets can't be solved are listed in `failures`.
 Sequence solve_sequence(const Deformer& deformer, const Trajectories& trajectories, const SequenceOptions& options,
                         Execution& execution);
+inline Sequence solve_sequence(const Deformer& deformer, const Trajectories& trajectories,
+                               const SequenceOptions& options = {}) {
+    Execution execution;
+    return solve_sequence(deformer, trajectories, options, execution);
+}
 
 }  // namespace meanvalue
