@@ -8,8 +8,8 @@ from ..live import engine
 from ..scene import mirrors, subject
 from ..widgets.panels import column_of_settings, draw_wrapped
 from .bridge import mixed_keys
-from .operators import morph
 from .operators.bake_mix import MEANVALUE_OT_bake_mix
+from .operators.morph import MEANVALUE_OT_morph
 
 
 class MEANVALUE_PT_mix(bpy.types.Panel):
@@ -30,13 +30,16 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
 
     def draw(self, context):
         layout, obj = self.layout, context.object
-        problem = None
         if obj.meanvalue.mix.is_on:
             text, is_problem = engine.status(obj) or ("", False)
-            problem = text if is_problem else next(iter(mirrors.notes(obj)), None)
-        if problem:
-            draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
-        morph.draw_buttons(layout.column(align=True), context)
+            problems = [text] if is_problem else mirrors.notes(obj)
+            for problem in problems[:1]:
+                draw_wrapped(layout, context, wording.sentence(problem), icon='ERROR')
+        column = layout.column(align=True)
+        column.operator(MEANVALUE_OT_morph.bl_idname, icon='ADD').part = ""
+        group = obj.vertex_groups.active
+        part = column.operator(MEANVALUE_OT_morph.bl_idname, text="Blend Part of Selected", icon='GROUP_VERTEX')
+        part.part = "Group" if group is None else group.name
         column_of_settings(layout).prop(obj.meanvalue.mix, "tolerance_share")
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
         if mixed_keys.in_between_names(obj):

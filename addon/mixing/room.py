@@ -15,25 +15,14 @@ from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
 #: Of the guide, see addon/manual.py.
 PAGE = "shape_keys"
 
-
-class MEANVALUE_MT_mix(bpy.types.Menu):
-    """Mix shape keys so that parts turn"""
-
-    bl_idname = "MEANVALUE_MT_mix"
-    bl_label = "Shape Mix"
-
-    def draw(self, context):
-        morph.draw_buttons(self.layout, context)
-        menus.draw_operators(self.layout, (None, *OPERATORS[1:]))
-
-
 OPERATORS = (
     morph.MEANVALUE_OT_morph,
     bake_mix.MEANVALUE_OT_bake_mix,
 )
-CLASSES = (*OPERATORS, MEANVALUE_MT_mix, *panel.CLASSES)
+MENU = menus.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", OPERATORS)
+CLASSES = (*OPERATORS, MENU, *panel.CLASSES)
 HOOKS = (
-    (menus.of_rooms, MEANVALUE_MT_mix.bl_idname),
+    (menus.of_rooms, MENU.bl_idname),
     (roll.kinds, MixFollower),
     (bakeable.kinds, baked_mixes),
     (new_rest.made_of_rest, mixed_keys.made_of_rest),

@@ -55,13 +55,3 @@ need the same faces"""
             obj.meanvalue.mix.is_on = True
         where = f" in '{self.part}'" if self.part else ""
         return f"'{obj.name}' has the shape of '{source.name}'{where} as shape key '{name}', with its slider", notes
-
-
-def draw_buttons(layout, context):
-    """For the whole shape, and for the part in the active vertex group."""
-    obj = subject.of(context)
-    groups = obj.vertex_groups if obj is not None and obj.type == 'MESH' else None
-    part = groups.active.name if groups else "Group"
-    layout.operator_context = 'INVOKE_DEFAULT'
-    layout.operator(MEANVALUE_OT_morph.bl_idname, icon='ADD').part = ""
-    layout.operator(MEANVALUE_OT_morph.bl_idname, text="Blend Part of Selected", icon='GROUP_VERTEX').part = part
