@@ -55,7 +55,12 @@ def gather(obj, rest, corners, starts):
     planes, joined = _seams(obj, rest, corners, starts)
     symmetric = _symmetry(obj, planes)
     if symmetric is not None:
-        partners = _twins(obj, rest, corners, starts, symmetric)
+        partners = twins.find(rest, corners, starts, symmetric)
+        missing = np.count_nonzero(partners < 0)
+        if missing:
+            count = f"{missing:,} of {wording.vertices(len(rest))}"
+            remedy = "See Select Problem Vertices > Unpaired, or turn Symmetric off"
+            raise SceneError(f"{count} have no mirror image. {remedy}")
         for index, seam in enumerate(joined):
             is_seam = (seam >= 0) | (seam[partners] >= 0)
             joined[index] = np.where(is_seam, np.arange(len(rest), dtype=np.int32), np.int32(-1))
@@ -165,12 +170,3 @@ def _symmetry(obj, planes):
         if not _is_square(plane[:3], row[:3]):
             raise SceneError("Symmetric and the Mirror modifier are not at right angles. Choose another axis")
     return row
-
-
-def _twins(obj, rest, corners, starts, row):
-    partners = twins.find(rest, corners, starts, row)
-    missing = np.flatnonzero(partners < 0)
-    if len(missing):
-        count = f"{len(missing):,} of {wording.vertices(len(rest))}"
-        raise SceneError(f"{count} have no mirror image. See Select Problem Vertices > Unpaired, or turn Symmetric off")
-    return partners

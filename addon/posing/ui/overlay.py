@@ -23,7 +23,7 @@ HOVER = (0.35, 0.7, 1.0, 0.45)
 TINT_CLOSER = 0.0025
 POINTS_CLOSER = 0.005
 
-_drawn = {}  # function that makes a batch: (what it made the last one of, that batch, its shader)
+_drawn = {}  # function that makes a batch, and a color: (what it made the last one of, that batch, its shader)
 
 
 def paint(context, obj):
@@ -37,11 +37,11 @@ def paint(context, obj):
         with gpu.matrix.push_pop():
             gpu.matrix.multiply_matrix(obj.matrix_world)
             if len(look.corners) and obj.mode == 'OBJECT':  # Weight Paint shows the region itself
-                _draw_closer(context, TINT_CLOSER, _region, look)
+                _draw_closer(context, TINT_CLOSER, look, _faces, TINT)
             if found is not None and len(found.corners):
-                _draw_closer(context, TINT_CLOSER, _hovered, found)
+                _draw_closer(context, TINT_CLOSER, found, _faces, HOVER)
             if len(look.points):
-                _draw_closer(context, POINTS_CLOSER, _points, look)
+                _draw_closer(context, POINTS_CLOSER, look, _points)
     finally:
         gpu.state.point_size_set(1.0)
         gpu.state.depth_mask_set(wrote_depth)
@@ -49,11 +49,12 @@ def paint(context, obj):
         gpu.state.blend_set('NONE')
 
 
-def _draw_closer(context, share, make, shown):
-    """Draws the (batch, shader) that make(shown) gives, which are kept for as long as the same is shown."""
-    if make not in _drawn or _drawn[make][0] is not shown:
-        _drawn[make] = shown, *make(shown)
-    _, batch, shader = _drawn[make]
+def _draw_closer(context, share, shown, make, *color):
+    """Draws the (batch, shader) that make(shown, *color) gives, which are kept for as long as the same is shown."""
+    key = make, *color
+    if key not in _drawn or _drawn[key][0] is not shown:
+        _drawn[key] = shown, *make(shown, *color)
+    _, batch, shader = _drawn[key]
     with gpu.matrix.push_pop_projection():
         projection = gpu.matrix.get_projection_matrix()
         gpu.matrix.load_projection_matrix(closer(projection, context.region_data.view_distance, share))
@@ -74,14 +75,6 @@ def closer(projection, view_distance, share):
 def _points(look):
     shader = compat.shader("POINT_FLAT_COLOR")
     return batch_for_shader(shader, 'POINTS', {"pos": look.points, "color": look.colors}), shader
-
-
-def _region(look):
-    return _faces(look, TINT)
-
-
-def _hovered(found):
-    return _faces(found, HOVER)
 
 
 def _faces(shown, color):
