@@ -10,6 +10,12 @@ class SceneError(MeanValueError):
     """The scene is not ready; the artist can put it right."""
 
 
+def require_none(problem):
+    """@throws SceneError that says `problem`, if there is one."""
+    if problem:
+        raise SceneError(problem)
+
+
 class InvalidMotionError(MeanValueError):
     """Motion capture data or settings that nothing sensible can be made of; the message says what to change."""
 

@@ -1,14 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What was read of objects, in one place, and whether it is still true.
 
-Panel, overlay, followers and operators ask the ObjectModel of an object and a kind of reading. Rooms bring the kinds,
-classes whose instances hold what was read, and nothing of Blender's:
-
-    signature(obj)         static: all that is quick to compare of what is read. Blender does not tell of all of it
-    Kind(obj)              reads. @throws MeanValueError
-    result(obj)            what all of it comes to; its `revision` is another one for other content. @throws likewise
-    shapes(result)         static: [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
-    written_key(obj)       static: the shape key that the add-on writes, or None if there is none yet
+Panel, overlay, followers and operators ask the ObjectModel of an object and a Kind of reading, which rooms bring.
 
 Of an edit Blender tells; of our own writing too, and not which it is. So what is told as writing to shape keys alone is
 compared with what was read and written last, when all is quiet.
@@ -21,6 +14,7 @@ import enum
 import itertools
 import math
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -47,21 +41,36 @@ class Change(enum.Enum):
     MESH = "anything of it"
 
 
+class Kind(NamedTuple):
+    """What is read of an object, as functions.
+
+    signature(obj)    all that is quick to compare of what is read. Blender does not tell of all of it
+    read(obj)         what it comes to, with nothing of Blender's; its `revision` is another one for other content.
+                      @throws MeanValueError
+    shapes(result)    [(name of a shape key, n x 3 float32)] that the result depends on, "" the rest shape
+    written_key(obj)  the shape key that the add-on writes, or None if there is none yet
+    """
+
+    signature: Callable
+    read: Callable
+    shapes: Callable
+    written_key: Callable
+
+
 class Stamp(NamedTuple):
-    """signature: of the kind of reading; content: rises where the object was edited."""
+    """signature: of the Kind; content: rises where the object was edited."""
 
     signature: tuple
     content: int
 
 
 class ObjectModel:
-    """What one kind of reading knows of one object.
+    """What is known of one object by one Kind of reading.
 
     content       rises with every edit
     rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
     overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
-    reading       since the last edit, or None
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
@@ -74,7 +83,7 @@ class ObjectModel:
         self.content = next(_numbers)
         self.told_at = -math.inf
         self._compared = 0
-        self.reading = self._stamp = self._result = self._error = None
+        self._stamp = self._result = self._error = None
 
     # Whether it has changed
 
@@ -89,17 +98,13 @@ class ObjectModel:
         if change is Change.SLIDERS and not compat.points_tell_as_sliders(obj.data.shape_keys.reference_key):
             return False
         if change is Change.MESH:
-            self.edited()
-        self._is_to_be_compared()
+            self.content = next(_numbers)
+        self.is_unchecked, self._compared, self.told_at = True, 0, clock()
         return True
 
     def edited(self):
         """The object is another one now."""
-        self.reading = None
         self.content = next(_numbers)
-        self._is_to_be_compared()
-
-    def _is_to_be_compared(self):
         self.is_unchecked, self._compared, self.told_at = True, 0, clock()
 
     def rig_moved(self):
@@ -126,31 +131,26 @@ class ObjectModel:
         return self._error is not None or self._result is not None
 
     def look(self, obj, quiet_seconds=0.0):
-        """For what only shows it: the reading, compared with what shape keys hold; None if it cannot be read, or if
+        """For what only shows it: reads it, and compares it with what shape keys hold. Returns whether it did: not if
         Blender told of an edit in the last seconds and what was read before will do."""
         if self.is_usable(obj) and clock() - self.told_at < quiet_seconds:
-            return None
+            return False
         self.read(obj)
         while self.is_unchecked:
             self.compare_on(obj)
             self.read(obj)
-        return self.reading
+        return True
 
     def read(self, obj):
         """Reads what is not read yet."""
         if self.is_read(obj):
             return
-        stamp, found, error = self.stamp(obj), None, None
+        former, self._result, self._error, self._stamp = self._result, None, None, self.stamp(obj)
         try:
-            if self.reading is None or self._stamp is None or self._stamp.signature != stamp.signature:
-                self.reading = self.kind(obj)
-            found = self.reading.result(obj)
-        except MeanValueError as problem:
-            error = problem
-        former = self._result
-        if former is not None and found is not None and former.revision == found.revision:
-            found = former
-        self._result, self._error, self._stamp = found, error, stamp
+            found = self.kind.read(obj)
+            self._result = former if former is not None and former.revision == found.revision else found
+        except MeanValueError as error:
+            self._error = error
         self._compared = len(self._shapes())
 
     def result(self, obj):
@@ -173,9 +173,7 @@ class ObjectModel:
             name, shape = shapes[self._compared]
             self._compared += 1
             if not np.array_equal(shape_keys.held(obj, name), shape):
-                reading = self.reading
                 self.edited()
-                self.reading = reading  # of groups and faces, which Blender would have told of
                 return
             if clock() >= until:
                 return
@@ -192,7 +190,7 @@ class ObjectModel:
 
 
 def of(obj, kind):
-    """The ObjectModel of a mesh object for a kind of reading."""
+    """The ObjectModel of a mesh object for a Kind of reading."""
     key = compat.session_key(obj), kind
     if key not in _models:
         _models[key] = ObjectModel(obj, kind)

@@ -46,14 +46,8 @@ def members(obj, names):
 
 def weights(obj, names):
     """{name: n float64, 0 to 1} of the groups that exist."""
-    return {name: spread(obj, *found) for name, found in read(obj, names).items()}
-
-
-def spread(obj, numbers, weights):
-    """n float64: `weights` at the vertices `numbers`, 0 elsewhere."""
-    result = np.zeros(len(obj.data.vertices))
-    result[numbers] = weights
-    return result
+    found = read(obj, names)
+    return {name: np.bincount(*found[name], len(obj.data.vertices)) for name in found}
 
 
 def require(obj, name, role, remedy):

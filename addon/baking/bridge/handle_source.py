@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
 from ...scene import frames, rig_space, views
@@ -19,9 +19,7 @@ def bind(obj):
 
 def row(obj, bind_input):
     """k x 4 float64: targets and influences of the anchors. @throws SceneError."""
-    problem = targets.handles_problem(obj)
-    if problem:
-        raise SceneError(problem)
+    require_none(targets.handles_problem(obj))
     try:
         places = targets.positions(obj, bind_input, rig_space.measure(obj))
     except np.linalg.LinAlgError as error:

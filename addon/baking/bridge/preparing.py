@@ -7,7 +7,7 @@ import uuid
 import bpy
 
 from ... import wording
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...ids import CACHE_FOLDER
 from ...scene import bakeable, frames
 from ...scene.baked import TO_KEYS
@@ -40,9 +40,7 @@ def require_fit(obj, times, options, path):
     asked = doubts(obj, times, options, path)
     if asked and not options.confirm:
         raise SceneError(". ".join([*asked, "If that is what you want, bake with confirm=True"]))
-    problem = playing.keys_problem(obj) if options.target == TO_KEYS else None
-    if problem:
-        raise SceneError(problem)
+    require_none(playing.keys_problem(obj) if options.target == TO_KEYS else None)
 
 
 def doubts(obj, times, options, path):

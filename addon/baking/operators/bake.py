@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty
 
 from ... import wording
-from ...errors import MeanValueError, SceneError
+from ...errors import MeanValueError, require_none
 from ...live import engine
 from ...posing.bridge import scene_input
 from ...scene import bakeable, subject
@@ -75,9 +75,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return (self._prepared and self._prepared.stopped()) or super().stopped()
 
     def finish(self, obj, prepared, _outcome):
-        problem = playing.keys_problem(obj) if prepared.to_keys else None
-        if problem:
-            raise SceneError(problem)
+        require_none(playing.keys_problem(obj) if prepared.to_keys else None)
         if prepared.posing.binding is not None:
             prepared.posing.record(obj)
         playing.take_back(obj)

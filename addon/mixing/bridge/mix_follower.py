@@ -25,7 +25,7 @@ def turned(obj):
 class MixFollower(Following):
     """What is read is a MixInput, what is wanted the values of the sliders."""
 
-    READS = mixed_keys.MixReading
+    READS = mixed_keys.READING
     READS_AT_REST = True
     BUSY_MODES = {'EDIT', 'SCULPT', 'VERTEX_PAINT', 'WEIGHT_PAINT', 'TEXTURE_PAINT', 'PARTICLE_EDIT'}
     FOLLOWS, AND_EXPORTS = "shape keys", ""

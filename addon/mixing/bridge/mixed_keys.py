@@ -4,11 +4,11 @@
 import numpy as np
 
 from ... import ids, wording
-from ...scene import key_marks, mesh_arrays, mirrors, seams, shape_keys
+from ...errors import require_none
+from ...scene import key_marks, key_reading, mesh_arrays, mirrors, object_model, seams, shape_keys
 from ...scene.baked import names_in
 from ...scene.core import welding
 from ...scene.key_marks import Role
-from ...scene.key_reading import KeyReading, slider_of
 from ..core.mix_input import MixInput
 
 
@@ -114,32 +114,26 @@ def why_hidden(obj):
     return None
 
 
-class MixReading(KeyReading):
-    """A kind of reading as scene/object_model.py wants it, of MixInputs."""
-
-    problem = staticmethod(problem)
-
-    @staticmethod
-    def sliders(obj):
-        return [slider_of(obj, key) for key in mixed(obj)]
-
-    @staticmethod
-    def signature(obj):
-        return len(obj.data.vertices), MixReading.sliders(obj), seams.signature(obj), mirrors.signature(obj)
-
-    @staticmethod
-    def written_key(obj):
-        return key_marks.only(obj.data.shape_keys, Role.MIX)
-
-    def result(self, obj):
-        """The MixInput. @throws SceneError."""
-        parts = self.parts(obj)
-        rest, shapes, faces = parts["rest"], parts["points"], mesh_arrays.faces(obj.data)
-        welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-        copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
-        planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
-        triangles = mesh_arrays.triangles(obj.data, rest)
-        return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
+def gather(obj):
+    """The MixInput of `obj`. @throws SceneError."""
+    require_none(problem(obj))
+    parts, faces = key_reading.parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
+    rest, shapes = parts["rest"], parts["points"]
+    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
+    copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
+    planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
+    triangles = mesh_arrays.triangles(obj.data, rest)
+    return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
 
 
-gather = MixReading.gather
+def _sliders(obj):
+    return [key_reading.slider_of(obj, key) for key in mixed(obj)]
+
+
+def _signature(obj):
+    return len(obj.data.vertices), _sliders(obj), seams.signature(obj), mirrors.signature(obj)
+
+
+READING = object_model.Kind(
+    _signature, gather, key_reading.shapes, lambda obj: key_marks.only(obj.data.shape_keys, Role.MIX)
+)

@@ -4,9 +4,10 @@
 import numpy as np
 
 from ...errors import SceneError
-from ...scene import mesh_arrays, shape_keys, subject, vertex_groups
+from ...scene import key_reading, mesh_arrays, shape_keys, subject, vertex_groups
 from ...scene.core import motion
 from ...scene.core.finite import require_finite
+from ...scene.core.key_shapes import KeyShapes
 from ..core import grafting
 
 
@@ -26,9 +27,10 @@ def shown_shape(source):
     keys = source.data.shape_keys
     if source.data.is_editmode:
         raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")
-    shape = shape_keys.rest_positions(source.data)
-    if keys is not None and keys.use_relative:
-        shape = _mixed(source, shape)
+    keys = keys.key_blocks[1:] if keys is not None and keys.use_relative else ()
+    keys = [key for key in keys if key.value and not key.mute]
+    shapes = KeyShapes(**key_reading.parts(source, [key_reading.slider_of(source, key) for key in keys]))
+    shape = shapes.mixed([key.value for key in keys])
     require_finite(shape, f"shape of '{source.name}'")
     return shape.astype(np.float32)
 
@@ -64,16 +66,3 @@ def add_key(obj, shape, name, value, group=""):
     made.vertex_group = group
     made.value = value
     return made.name
-
-
-def _mixed(source, rest):
-    """In straight lines, whatever key is relative to which."""
-    shape = rest.astype(np.float64)
-    weights = vertex_groups.weights(source, {key.vertex_group for key in source.data.shape_keys.key_blocks})
-    for key in source.data.shape_keys.key_blocks:
-        if key.mute or key == source.data.shape_keys.reference_key or not key.value:
-            continue
-        offset = shape_keys.positions(key) - shape_keys.positions(key.relative_key)
-        mask = weights.get(key.vertex_group)
-        shape += key.value * (offset if mask is None else mask[:, None] * offset)
-    return shape

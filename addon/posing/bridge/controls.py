@@ -6,7 +6,7 @@ import numpy as np
 from mathutils import Color
 
 from ... import ids, wording
-from ...errors import SceneError
+from ...errors import require_none
 from ...scene import rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
@@ -228,9 +228,7 @@ def remove_handle(obj, index):
 
 def select(handle):
     """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
-    found = problem(handle.id_data, handle) or stillness(handle.id_data, [handle])
-    if found:
-        raise SceneError(found)
+    require_none(problem(handle.id_data, handle) or stillness(handle.id_data, [handle]))
     selection.choose(handle.control)
     bone = control_places.bone_of(handle)
     if bone is not None:

@@ -2,8 +2,8 @@
 """Which shape keys of a mesh are examples of how it bends (Pose Like), and what they hold."""
 
 from ... import ids
-from ...errors import SceneError
-from ...scene import key_marks, shape_keys
+from ...errors import SceneError, require_none
+from ...scene import key_marks, key_reading, shape_keys
 from ...scene.core.key_shapes import KeyShapes, Slider
 from ...scene.key_marks import Role
 
@@ -32,28 +32,15 @@ def keys(obj):
     )
 
 
-def groups(obj):
-    """Names of the vertex groups that say how much the keys count where."""
-    return {key.group for key in keys(obj) if key.group}
-
-
-def gather(obj, rest, weights):
-    """The KeyShapes of `obj`, or None where it is posed like nothing. @throws SceneError.
-
-    rest: n x 3 float32; weights: {vertex group: n float64} of at least groups()
-    """
+def gather(obj):
+    """The KeyShapes of `obj`, or None where it is posed like nothing. @throws SceneError."""
     like = obj.meanvalue.pose_like
     if like == ids.LIKE_NOTHING:
         return None
     if obj.meanvalue.method != ids.METHOD_FAST:
         raise SceneError("Pose Like needs the method Fast. Choose it in Advanced, or choose Nothing in Pose Like")
-    if shape_keys.absolute_problem(obj):
-        raise SceneError(shape_keys.ABSOLUTE)
-    used = keys(obj)
-    names = dict.fromkeys(name for key in used for name in (key.name, key.relative))
-    points = {name: shape_keys.checked(obj, name) for name in names}
-    masks = {key.group: weights[key.group] for key in used if key.group in weights}
-    found = KeyShapes(sliders=used, rest=rest, points=points, masks=masks).with_effect()
+    require_none(shape_keys.absolute_problem(obj))
+    found = KeyShapes(**key_reading.parts(obj, keys(obj))).with_effect()
     if not found.names:
         remedy = "Press Sample Rig Poses" if like == ids.LIKE_RIG else "Add one in which it is bent, and unmute it"
         raise SceneError(f"There is no shape key that shows how it bends. {remedy}, or choose Nothing in Pose Like")

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from mathutils import Quaternion, Vector
 
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...live import engine, roll
 from ...scene import declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
@@ -212,9 +212,7 @@ def _channels(handle):
 def _require_can_be_posed(obj):
     if obj.meanvalue.baked.target:
         raise SceneError(shape_keys.BAKE_PLAYS)
-    problem = shape_keys.result_problem(obj) or _why_it_waits(obj)
-    if problem:
-        raise SceneError(problem)
+    require_none(shape_keys.result_problem(obj) or _why_it_waits(obj))
     if not len(obj.data.polygons):
         raise SceneError(bind_input.NO_FACES)
     region.require_own_group(obj)
@@ -235,5 +233,4 @@ def _require_control(obj, handle):
     problem = controls.problem(obj, handle) or controls.stillness(obj, [handle])
     if problem is None and handle.control.library is not None:
         problem = f"The control of '{handle.name}' is linked from another file. Move it there, or make it local"
-    if problem:
-        raise SceneError(problem)
+    require_none(problem)

@@ -28,11 +28,6 @@ OFF, OFF_SQUARE = 0.01, 0.5
 def of(obj, handles):
     """[ascending vertex indices, int32] of each of `handles`; none where its group or its marks are gone."""
     groups = vertex_groups.members(obj, [handle.name for handle in handles if not handle.mark])
-    return with_groups(obj, handles, groups)
-
-
-def with_groups(obj, handles, groups):
-    """As of(). groups: as of vertex_groups.members(), of at least those that `handles` name."""
     layers = {layer: _marked(obj.data, layer) for layer in {each.mark // PER_LAYER for each in handles if each.mark}}
     found = []
     for handle in handles:
@@ -42,15 +37,6 @@ def with_groups(obj, handles, groups):
         else:
             found.append(groups.get(handle.name, np.empty(0, np.int32)))
     return found
-
-
-def has(obj, handle, vertex):
-    """Whether the handle has one vertex."""
-    if not handle.mark:
-        elements = obj.data.vertices[vertex].groups
-        return any(obj.vertex_groups[each.group].name == handle.name and each.weight > 0.0 for each in elements)
-    attribute = _attribute(obj.data, handle.mark // PER_LAYER)
-    return attribute is not None and _marks(np.array([attribute.data[vertex].vector]))[0] == handle.mark % PER_LAYER
 
 
 def is_missing(obj, handle):
@@ -120,13 +106,7 @@ def _marked(mesh, layer):
     if len(pairs):
         attribute.data.foreach_get("vector", pairs.ravel())
     vertices = np.flatnonzero(pairs[:, 0])
-    marks = _marks(pairs[vertices])
-    return vertices[marks > 0].astype(np.int32), layer * PER_LAYER + marks[marks > 0]
-
-
-def _marks(pairs):
-    """int32, the k of each of m x 2 pairs (k, k * k); 0 for others."""
-    values, squares = pairs.T
+    values, squares = pairs[vertices].T
     marks = np.rint(values)
-    is_mark = (np.abs(values - marks) < OFF) & (np.abs(squares - marks**2) < OFF_SQUARE)
-    return np.where(is_mark, marks, 0.0).astype(np.int32)
+    is_mark = (marks > 0.0) & (np.abs(values - marks) < OFF) & (np.abs(squares - marks**2) < OFF_SQUARE)
+    return vertices[is_mark].astype(np.int32), layer * PER_LAYER + marks[is_mark].astype(np.int32)

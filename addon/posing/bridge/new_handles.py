@@ -41,9 +41,10 @@ def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
     first = seams.copies(obj)
-    copies = [vertex] if first is None else np.flatnonzero(first == first[vertex]).tolist()
-    for number, handle in enumerate(obj.meanvalue.handles):
-        if targets.is_taking_part(handle) and any(members.has(obj, handle, copy) for copy in copies):
+    copies = [vertex] if first is None else np.flatnonzero(first == first[vertex])
+    handles = obj.meanvalue.handles[:]
+    for number, held in enumerate(members.of(obj, handles)):
+        if targets.is_taking_part(handles[number]) and np.isin(copies, held).any():
             return number
     return None
 

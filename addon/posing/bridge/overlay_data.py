@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import mesh_arrays, mirrors, object_model, seams, shape_keys, shown_shape
+from ...scene import kept, mesh_arrays, mirrors, object_model, seams, shape_keys, shown_shape
 from ..core import bind_input, tinted_faces
-from . import scene_input, targets
+from . import members, scene_input, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +69,9 @@ def look(obj):
     known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
     is_same_mesh = known is not NOTHING and len(known.positions) == len(positions)
     is_same_list = is_same_mesh and known.stamp.signature == model.stamp(obj).signature
-    reading = model.look(obj, object_model.QUIET_SECONDS if is_same_list else 0.0)
-    if reading is not None and not (is_same_mesh and known.stamp == model.stamp(obj)):
-        known = _read(obj, model.stamp(obj), reading, positions)
+    is_read = model.look(obj, object_model.QUIET_SECONDS if is_same_list else 0.0)
+    if is_read and not (is_same_mesh and known.stamp == model.stamp(obj)):
+        known = _read(obj, model.stamp(obj), positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.palette != palette or not np.array_equal(known.positions, positions):
         known = replace(known, positions=positions, palette=palette)
@@ -79,19 +79,16 @@ def look(obj):
     return known
 
 
-def _read(obj, stamp, reading, positions):
-    anchors, handles = bind_input.anchor_layout(reading.enabled_members(obj))
-    rest = shape_keys.rest_positions(obj.data)
-    twins = mirrors.partners(obj, rest, *reading.faces)
-    anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *reading.faces)
+def _read(obj, stamp, positions):
+    anchors, handles = bind_input.anchor_layout(members.of(obj, targets.enabled_handles(obj)))
+    rest, faces = shape_keys.rest_positions(obj.data), kept.faces(obj.data)
+    twins = mirrors.partners(obj, rest, *faces)
+    anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
-    if obj.meanvalue.roi_group in reading.weights:
-        freedom = scene_input.region_weights(obj, reading)
-        copies = seams.copies(obj, rest, reading.faces)
-        freedom = scene_input.effective_region(freedom, copies, twins)
-        tinted, corners = tinted_faces.tinted_faces(
-            mesh_arrays.shown_triangles(obj.data), *reading.faces, freedom > 0.0
-        )
+    if obj.meanvalue.roi_group in obj.vertex_groups:
+        copies = seams.copies(obj, rest, faces)
+        freedom = scene_input.effective_region(scene_input.region_weights(obj), copies, twins)
+        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data), *faces, freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
 

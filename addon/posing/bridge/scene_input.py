@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ... import compat, ids
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...scene import declarations, kept, mirrors, object_model, seams, shape_keys, vertex_groups
 from ...scene.core import mirror_planes, welding
 from ...scene.core.finite import require_finite
@@ -14,59 +14,23 @@ from ..core.bind_input import BindInput, anchor_layout, soft_border
 from . import controls, examples, members, orphans, targets
 
 
-class HandleReading:
-    """What poses are made of, as scene/object_model.py wants a kind of reading: BindInputs.
-
-    Nothing of Blender's is kept. What was read is worth nothing once the object was edited.
-
-    members  [ascending vertex indices, int32] of all listed handles
-    weights  {name: n float64, 0 to 1} of the region and of the groups of shape keys that are examples
-    faces    (corners, starts) as of mesh_arrays.faces()
-    """
-
-    def __init__(self, obj):
-        own = {handle.name for handle in obj.meanvalue.handles if not handle.mark}
-        others = {obj.meanvalue.roi_group} | examples.groups(obj)
-        groups = vertex_groups.read(obj, own | others)
-        named = {name: numbers for name, (numbers, _weights) in groups.items()}
-        self.members = members.with_groups(obj, obj.meanvalue.handles, named)
-        self.weights = {name: vertex_groups.spread(obj, *groups[name]) for name in others if name in groups}
-        self.faces = kept.faces(obj.data)
-
-    def enabled_members(self, obj):
-        """Those of targets.enabled_handles()."""
-        return [self.members[n] for n, each in enumerate(obj.meanvalue.handles) if targets.is_taking_part(each)]
-
-    @staticmethod
-    def signature(obj):
-        mesh, settings = obj.data, obj.meanvalue
-        of_mesh = obj.name, compat.session_key(mesh), len(mesh.vertices), len(mesh.polygons), mirrors.signature(obj)
-        deleted = tuple(handle.name for handle in settings.handles if orphans.is_deleted(handle))
-        groups = tuple(obj.vertex_groups.keys())
-        return of_mesh, groups, declarations.values(settings), deleted, examples.keys(obj)
-
-    def result(self, obj):
-        return gather(obj, self)
-
-    @staticmethod
-    def shapes(bind_input):
-        found = bind_input.examples
-        return [("", bind_input.rest), *([] if found is None else found.points.items())]
-
-    @staticmethod
-    def written_key(obj):
-        return shape_keys.result(obj)
+def signature(obj):
+    """All that is quick to compare of what is read."""
+    mesh, settings = obj.data, obj.meanvalue
+    of_mesh = obj.name, compat.session_key(mesh), len(mesh.vertices), len(mesh.polygons), mirrors.signature(obj)
+    deleted = tuple(handle.name for handle in settings.handles if orphans.is_deleted(handle))
+    groups = tuple(obj.vertex_groups.keys())
+    return of_mesh, groups, declarations.values(settings), deleted, examples.keys(obj)
 
 
 def model(obj):
     """The ObjectModel of what `obj` is posed by."""
-    return object_model.of(obj, HandleReading)
+    return object_model.of(obj, READING)
 
 
 def member_count(obj, number):
     """How many vertices a handle has; None while that is not known."""
-    reading = model(obj).reading
-    return None if reading is None or number >= len(reading.members) else len(reading.members[number])
+    return len(members.of(obj, [obj.meanvalue.handles[number]])[0]) if model(obj).is_read(obj) else None
 
 
 def known(obj):
@@ -78,26 +42,31 @@ def known(obj):
         return None
 
 
-def gather(obj, reading=None, to_bind=True):
+def gather(obj, to_bind=True):
     """The BindInput of `obj`, checked. @throws SceneError.
 
     to_bind: whether it has to do for the solver, and not only to tell what handles hold
-    reading: a HandleReading since which the object was not edited
     """
-    require_handles(obj)
-    if reading is None and kept.has_any():
+    if kept.has_any():
         bpy.context.view_layer.update()  # Blender has told of all edits then
-    reading = reading or HandleReading(obj)
-    corners, starts = reading.faces
-    settings = obj.meanvalue
-    handles, held = targets.enabled_handles(obj), reading.enabled_members(obj)
-    freedom = region_weights(obj, reading)
+    return read(obj, to_bind)
+
+
+def read(obj, to_bind=True):
+    """As gather(), where Blender has told of all edits."""
+    require_handles(obj)
+    settings, faces = obj.meanvalue, kept.faces(obj.data)
+    corners, starts = faces
+    groups = {each.name for each in settings.handles if not each.mark} | {each.group for each in examples.keys(obj)}
+    vertex_groups.read(obj, groups | {settings.roi_group})  # in one pass
+    handles = targets.enabled_handles(obj)
+    held, freedom = members.of(obj, handles), region_weights(obj)
     _require_members(handles, held, settings.roi_group, freedom)
     anchors, handle_numbers = anchor_layout(held)
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    copies = seams.copies(obj, rest, reading.faces)
+    copies = seams.copies(obj, rest, faces)
     freedom = effective_region(freedom, copies, None if twins is None else twins[-1])
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
@@ -122,7 +91,7 @@ def gather(obj, reading=None, to_bind=True):
         border_strengths=border_strengths,
         loose=settings.loose_parts,
         copies=copies,
-        examples=examples.gather(obj, rest, reading.weights) if to_bind else None,
+        examples=examples.gather(obj) if to_bind else None,
     )
     if to_bind:
         welding.require_no_more_than_seams(rest, corners, starts, settings.merge_distance)
@@ -130,10 +99,19 @@ def gather(obj, reading=None, to_bind=True):
     return bind_input
 
 
-def region_weights(obj, reading):
+def _shapes(bind_input):
+    found = bind_input.examples
+    return [("", bind_input.rest), *([] if found is None else found.points.items())]
+
+
+READING = object_model.Kind(signature, read, _shapes, shape_keys.result)
+
+
+def region_weights(obj):
     """n float64, 0 to 1: how freely each vertex moves by the group of the region; all may where there is none."""
-    weights = reading.weights.get(obj.meanvalue.roi_group)
-    return np.ones(len(obj.data.vertices)) if weights is None else weights
+    name = obj.meanvalue.roi_group
+    found = vertex_groups.weights(obj, [name]).get(name)
+    return np.ones(len(obj.data.vertices)) if found is None else found
 
 
 def effective_region(freedom, copies, partners):
@@ -155,9 +133,7 @@ def unheld_problem(obj):
 
 def require_handles(obj):
     """@throws SceneError if a group that the settings name is missing, or none is named."""
-    problem = unheld_problem(obj)
-    if problem:
-        raise SceneError(problem)
+    require_none(unheld_problem(obj))
     region_name = obj.meanvalue.roi_group
     for handle in targets.enabled_handles(obj):
         members.require_listed(obj, handle)

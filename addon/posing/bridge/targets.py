@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import wording
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...scene import rig_space, shape_keys
 from ...scene.core import motion
 from ...scene.core.finite import require_finite
@@ -65,9 +65,7 @@ def handles_problem(obj):
 def gather(obj, bind_input):
     """The Targets of `obj`, with what its rig does measured now, and controls gone along with it. @throws SceneError.
     """
-    found = problem(obj)
-    if found:
-        raise SceneError(found)
+    require_none(problem(obj))
     space = rig_space.measure(obj)
     follow_rig(obj, bind_input, space)
     return gather_behind(obj, bind_input, space)

@@ -39,7 +39,7 @@ def turned(obj):
 class Follower(Following):
     """The newest targets win. The last word is solved from where it is and from rest, and the better one kept."""
 
-    READS = scene_input.HandleReading
+    READS = scene_input.READING
     FOLLOWS = "controls"
     AND_EXPORTS = ", and leave the collection of the controls out of exports"
     LABEL = "Live"

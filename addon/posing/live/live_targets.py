@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles of a live object are wanted."""
 
-from ...errors import SceneError
+from ...errors import require_none
 from ...scene import rig_space
 from ...scene.core import motion
 from ..bridge import scene_input, targets
@@ -25,9 +25,7 @@ class LiveTargets:
 
     def gather(self, obj, bind_input, former):
         """The Targets of `obj`; former: those before, or None. @throws SceneError."""
-        found = targets.problem(obj)
-        if found:
-            raise SceneError(found)
+        require_none(targets.problem(obj))
         if self._measured[0] != _revision(obj):
             if former is not None:
                 goal, known = self._behind(obj, bind_input)

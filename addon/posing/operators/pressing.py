@@ -4,7 +4,7 @@
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...scene import subject, views
 from ...widgets import under_mouse
 from ..bridge import control_places, targets
@@ -16,9 +16,7 @@ CONTROL_PIXELS = 12.0
 def find_object(context, name):
     """The object `name`, or the active one. @throws SceneError if there is none that can be worked on."""
     obj = context.view_layer.objects.get(name) if name else subject.of(context)
-    problem = subject.object_problem(obj) or subject.mode_problem(obj)
-    if problem:
-        raise SceneError(problem)
+    require_none(subject.object_problem(obj) or subject.mode_problem(obj))
     return obj
 
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...scene import actions, key_marks, shape_keys
 from ...scene.key_marks import Role
 from . import key_shapes
@@ -42,9 +42,7 @@ def keyframe(obj):
     """
     if not is_on(obj):
         return None
-    found = key_shapes.problem(obj)
-    if found:
-        raise SceneError(found)
+    require_none(key_shapes.problem(obj))
     driven = names(obj)
     for name in driven:
         actions.insert_key(obj.data.shape_keys.key_blocks[name], "value")

@@ -8,7 +8,7 @@ import time
 
 from ...posing.bridge import scene_input, targets
 from ...posing.live.follower import Follower
-from ...scene import shape_keys
+from ...scene import key_reading, object_model, shape_keys
 from ...solver import session
 from ..core.key_drive import DriveInput
 from . import driven_keys, key_shapes
@@ -19,33 +19,19 @@ REFUSED = "The shape keys cannot be driven by these handles: {}"
 OUT_OF_REACH = 0.01
 
 
-class DriveReading:
-    """Reads handles and shape keys: a kind of reading as scene/object_model.py wants it, of DriveInputs."""
-
-    def __init__(self, obj):
-        self._parts = scene_input.HandleReading(obj), key_shapes.SliderReading(obj)
-
-    @staticmethod
-    def signature(obj):
-        return scene_input.HandleReading.signature(obj), key_shapes.SliderReading.signature(obj)
-
-    def result(self, obj):
-        handles, keys = self._parts
-        return DriveInput(scene_input.gather(obj, handles, to_bind=False), keys.result(obj))
-
-    @staticmethod
-    def shapes(found):
-        return key_shapes.SliderReading.shapes(found.shapes)
-
-    @staticmethod
-    def written_key(_obj):
-        return ""  # of sliders alone
+#: Of DriveInputs; sliders alone are written.
+READING = object_model.Kind(
+    lambda obj: (scene_input.signature(obj), len(obj.data.vertices), key_shapes.sorted_out(obj)),
+    lambda obj: DriveInput(scene_input.read(obj, to_bind=False), key_shapes.gather(obj)),
+    lambda found: key_reading.shapes(found.shapes),
+    lambda _obj: "",
+)
 
 
 class KeyFollower(Follower):
     """What is bound is a native SliderFit."""
 
-    READS = DriveReading
+    READS = READING
     READS_AT_REST = True
 
     @staticmethod

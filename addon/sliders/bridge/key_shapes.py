@@ -4,10 +4,9 @@
 import numpy as np
 
 from ... import compat, wording
-from ...errors import SceneError
-from ...scene import shape_keys
+from ...errors import SceneError, require_none
+from ...scene import key_reading, shape_keys
 from ...scene.core.key_shapes import KeyShapes
-from ...scene.key_reading import KeyReading, slider_of
 from ...solver import native_loader, session
 from . import value_curves
 
@@ -29,7 +28,7 @@ def sorted_out(obj):
         is_driven = shape_keys.value_path(key.name) in driven
         why = "muted" if key.mute else "locked" if compat.is_locked(key) else "moved by a driver" if is_driven else None
         if why is None:
-            sliders.append(slider_of(obj, key))
+            sliders.append(key_reading.slider_of(obj, key))
         else:
             left_alone.append((key.name, why))
     return sliders, left_alone
@@ -60,26 +59,14 @@ def left_alone_note(left_alone):
     return f"{wording.listed(parts)} {'is' if len(left_alone) == 1 else 'are'} left alone" if parts else ""
 
 
-class SliderReading(KeyReading):
-    """A kind of reading as scene/object_model.py wants it, of KeyShapes."""
-
-    problem = staticmethod(problem)
-    sliders = staticmethod(lambda obj: sorted_out(obj)[0])
-
-    @staticmethod
-    def signature(obj):
-        """All that is quick to compare of what is read."""
-        return len(obj.data.vertices), sorted_out(obj)
-
-    def result(self, obj):
-        """The KeyShapes. @throws SceneError if no key has any effect."""
-        found = KeyShapes(**self.parts(obj), left_alone=tuple(sorted_out(obj)[1])).with_effect()
-        if not found.sliders:
-            raise SceneError(_none_to_drive(obj, found.left_alone))
-        return found
-
-
-gather = SliderReading.gather
+def gather(obj):
+    """The KeyShapes of `obj`. @throws SceneError if no key has any effect."""
+    require_none(problem(obj))
+    sliders, left_alone = sorted_out(obj)
+    found = KeyShapes(**key_reading.parts(obj, sliders), left_alone=tuple(left_alone)).with_effect()
+    if not found.sliders:
+        raise SceneError(_none_to_drive(obj, found.left_alone))
+    return found
 
 
 def fit(shapes, arrays, refused, can_move):

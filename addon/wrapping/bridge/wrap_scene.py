@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ... import ids, wording
-from ...errors import SceneError
+from ...errors import SceneError, require_none
 from ...scene import mesh_arrays, mirrors, seams, shape_keys, subject, vertex_groups
 from ...scene.core import motion, welding, whole_mesh
 from ...solver.core.fingerprint import digest
@@ -56,8 +56,7 @@ def target_of(obj):
 def _require_ready(obj, target):
     if target.data.is_editmode:
         raise SceneError(f"'{target.name}' is in Edit Mode. Leave that first")
-    if shape_keys.absolute_problem(obj):
-        raise SceneError(shape_keys.ABSOLUTE)
+    require_none(shape_keys.absolute_problem(obj))
 
 
 def gather(obj, target):
