@@ -71,6 +71,7 @@ class ObjectModel:
     rig_revision  rises when modifiers show the same mesh elsewhere, as a rig does that moves
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
     overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
+    found         the result of what was read last, or None
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
@@ -83,7 +84,7 @@ class ObjectModel:
         self.content = next(_numbers)
         self.told_at = -math.inf
         self._compared = 0
-        self._stamp = self._result = self._error = None
+        self.found = self._stamp = self._error = None
 
     # Whether it has changed
 
@@ -128,7 +129,7 @@ class ObjectModel:
     @property
     def is_known(self):
         """Whether there is a result() of what was read last."""
-        return self._error is not None or self._result is not None
+        return self._error is not None or self.found is not None
 
     def look(self, obj, quiet_seconds=0.0):
         """For what only shows it: reads it, and compares it with what shape keys hold. Returns whether it did: not if
@@ -145,10 +146,10 @@ class ObjectModel:
         """Reads what is not read yet."""
         if self.is_read(obj):
             return
-        former, self._result, self._error, self._stamp = self._result, None, None, self.stamp(obj)
+        former, self.found, self._error, self._stamp = self.found, None, None, self.stamp(obj)
         try:
             found = self.kind.read(obj)
-            self._result = former if former is not None and former.revision == found.revision else found
+            self.found = former if former is not None and former.revision == found.revision else found
         except MeanValueError as error:
             self._error = error
         self._compared = len(self._shapes())
@@ -159,7 +160,7 @@ class ObjectModel:
             self.read(obj)
         if self._error is not None:
             raise self._error
-        return self._result
+        return self.found
 
     def refuse(self, error):
         """What was read cannot be used: result() raises `error` until there is an edit."""
@@ -186,7 +187,7 @@ class ObjectModel:
         self.is_unchecked = False
 
     def _shapes(self):
-        return [] if self._result is None else self.kind.shapes(self._result)
+        return [] if self.found is None else self.kind.shapes(self.found)
 
 
 def of(obj, kind):

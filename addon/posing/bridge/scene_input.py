@@ -35,11 +35,7 @@ def member_count(obj, number):
 
 def known(obj):
     """The BindInput that was read last, or None."""
-    found = model(obj) if obj.meanvalue.handles else None
-    try:
-        return found.result(obj) if found is not None and found.is_known else None
-    except SceneError:
-        return None
+    return model(obj).found if obj.meanvalue.handles else None
 
 
 def gather(obj, to_bind=True):
