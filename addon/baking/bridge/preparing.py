@@ -48,11 +48,9 @@ def doubts(obj, times, options, path):
     found, to_keys = [], options.target == TO_KEYS
     size = 12 * len(obj.data.vertices) * len(times) * (2 if to_keys else 1)  # of keys Blender evaluates a copy
     if size > LARGE_BYTES or (to_keys and len(times) > MANY_KEYS):
-        found.append(
-            f"Up to {wording.counted(len(times), 'shape key' if to_keys else 'sample')} of "
-            f"{wording.vertices(len(obj.data.vertices))} will take {whole_files.in_bytes(size)}"
-            + (" of memory and slow Blender down: a point cache does not" if to_keys else "")
-        )
+        count = wording.counted(len(times), "shape key" if to_keys else "sample")
+        slow = " of memory and slow Blender down: a point cache does not" if to_keys else ""
+        found.append(f"Up to {count} will take {whole_files.in_bytes(size)}{slow}")
     marker = point_cache.read_marker(path)
     if not to_keys and path.exists() and not _is_own(obj, marker):
         whose = "something else than a bake"

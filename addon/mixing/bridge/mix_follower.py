@@ -57,10 +57,7 @@ class MixFollower(Following):
         if obj.meanvalue.baked.target:
             raise SceneError("A bake plays in place of the mix. Press Remove Bake to mix live, or bake it anew")
         if mixed_keys.in_between_names(obj):
-            raise SceneError(
-                "In-between keys stand for the mix already. Press Remove In-Betweens to mix live, or turn "
-                "Rotation-Aware Keys off"
-            )
+            raise SceneError("In-between keys stand for the mix already. Press Remove In-Betweens to mix live")
 
     def _bind_work(self, _obj):
         mix_input = self._input

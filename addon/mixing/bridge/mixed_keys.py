@@ -34,20 +34,13 @@ def mixed(obj):
     ]
 
 
-def marked_drivers(obj):
-    """The driver curves of the in-between keys that stand for a mix."""
+def in_between_names(obj):
+    """Names of the in-between keys that stand for a mix, by their drivers. All objects with the mesh share them."""
     keys = obj.data.shape_keys
     if keys is None or keys.animation_data is None:
         return []
-    return [curve for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables]
-
-
-def in_between_names(obj):
-    """Names of the in-between keys that stand for a mix. All objects with the mesh share them."""
-    paths = {curve.data_path for curve in marked_drivers(obj)}
-    if not paths:
-        return []
-    return [key.name for key in obj.data.shape_keys.key_blocks if shape_keys.value_path(key.name) in paths]
+    paths = {curve.data_path for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables}
+    return [key.name for key in keys.key_blocks if shape_keys.value_path(key.name) in paths] if paths else []
 
 
 def made_of_rest(obj):
@@ -70,10 +63,8 @@ def problem(obj):
         return "There is no shape key but the rest shape, or all others are muted. Add one, or turn one on"
     others = [key.name for key in taking_part if key.relative_key != keys.reference_key]
     if others:
-        return (
-            f"{wording.quoted(others)} {'is' if len(others) == 1 else 'are'} relative to another key than "
-            f"'{keys.reference_key.name}'. Choose that in Relative To, or mute what is not to be mixed"
-        )
+        basis = keys.reference_key.name
+        return f"{wording.quoted(others)}: relative to another key than '{basis}'. Set Relative To, or mute them"
     lost = [key.name for key in taking_part if key.vertex_group and key.vertex_group not in obj.vertex_groups]
     if lost:
         return f"The vertex group of shape key {wording.quoted(lost)} is gone. Choose another, or clear the field"

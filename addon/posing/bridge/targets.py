@@ -153,10 +153,8 @@ def _require_depth(obj, bind_input, space, is_moved):
     for members, handle in _moving(obj, bind_input):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
-            raise SceneError(
-                f"{rig_space.named(obj)} squeezes {wording.vertices(flat)} of handle '{handle.name}' flat, where no "
-                "shape key can move them. Give the bones there a size, or turn the handle off"
-            )
+            count = f"{wording.vertices(flat)} of handle '{handle.name}'"
+            raise SceneError(f"{rig_space.named(obj)} squeezes {count} flat. Give it a size, or turn the handle off")
 
 
 def _weights(obj, bind_input):

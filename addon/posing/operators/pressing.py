@@ -41,10 +41,7 @@ def find_pressed(context, mouse):
         return active, at_control, ""
     obj = under_mouse.first_object(context, *seen)
     if obj is None:
-        raise SceneError(
-            "There is no surface under the mouse. Press on the mesh, or on the control of a handle. What is shown as "
-            "wire, or cannot be selected, is passed through"
-        )
+        raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")

@@ -38,10 +38,8 @@ def problem(obj):
         return str(error)
     count = len(obj.meanvalue.wrap.pairs)
     if 0 < count < LEAST_PAIRS:
-        return (
-            f"{wording.counted(count, 'pair is', 'pairs are')} picked, at least {LEAST_PAIRS} are needed. Pick more, "
-            "or none where both meshes lie over each other already"
-        )
+        pairs = wording.counted(count, "pair is", "pairs are")
+        return f"{pairs} picked, at least {LEAST_PAIRS} are needed. Pick more, or clear them"
     return None
 
 
