@@ -42,17 +42,14 @@ def dijkstra(edges, positions, seed):
     return shortest
 
 
-def test_only_faces_that_lie_wholly_in_the_region_are_tinted():
-    # a quad 0 1 2 3, a pentagon 1 4 5 6 2, a triangle 3 2 7
-    corners = np.array([0, 1, 2, 3, 1, 4, 5, 6, 2, 3, 2, 7], np.int32)
-    starts = np.array([0, 4, 9], np.int32)
+def test_only_triangles_that_lie_wholly_in_the_region_are_tinted():
     triangles = np.array([(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 6), (1, 6, 2), (3, 2, 7)], np.int32)
     region = np.ones(8, bool)
     region[7] = False
-    vertices, tinted = tinted_faces(triangles, corners, starts, region)
+    vertices, tinted = tinted_faces(triangles, region)
     assert vertices[tinted].tolist() == triangles[:5].tolist()
     region[0] = False
-    vertices, tinted = tinted_faces(triangles, corners, starts, region)
+    vertices, tinted = tinted_faces(triangles, region)
     assert vertices.tolist() == [1, 2, 4, 5, 6]
     assert vertices[tinted].tolist() == triangles[2:5].tolist()
 

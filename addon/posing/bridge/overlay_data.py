@@ -88,7 +88,7 @@ def _read(obj, stamp, positions):
     if obj.meanvalue.roi_group in obj.vertex_groups:
         copies = seams.copies(obj, rest, faces)
         freedom = scene_input.effective_region(scene_input.region_weights(obj), copies, twins)
-        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data), *faces, freedom > 0.0)
+        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
 

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ...errors import MeanValueError
-from ...scene import kept, mesh_arrays, shown_shape, subject, views
+from ...scene import mesh_arrays, shown_shape, subject, views
 from ...widgets import under_mouse
 from ..bridge import new_handles, region
 from ..core.tinted_faces import tinted_faces
@@ -85,6 +85,6 @@ def _find(context, mouse):
         freedom = surface.falloff(region.radius(obj, size), region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
-    tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), *kept.faces(obj.data), freedom > 0.0)
+    tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
     tint, freedom = shown_shape.positions(obj)[tint], freedom[tint]
     return SimpleNamespace(name=obj.name, place=pressed.place, size=size, tint=tint, freedom=freedom, corners=corners)
