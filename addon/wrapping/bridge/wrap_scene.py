@@ -30,12 +30,17 @@ class Wrapping(Wrap):
             )
 
 
-def problem(obj):
-    """Why `obj` cannot be wrapped now, or None. Cheap enough for drawing."""
+def target_problem(obj):
+    """Why there is no mesh that `obj` can be wrapped onto, or None. Cheap enough for drawing."""
     try:
         _require_ready(obj, target_of(obj))
     except SceneError as error:
         return str(error)
+    return None
+
+
+def pairs_problem(obj):
+    """Why the pairs that are picked do not do, or None."""
     count = len(obj.meanvalue.wrap.pairs)
     if 0 < count < LEAST_PAIRS:
         pairs = wording.counted(count, "pair is", "pairs are")

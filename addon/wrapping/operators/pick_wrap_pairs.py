@@ -17,6 +17,7 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
     bl_options = {'UNDO'}  # adjusted afterwards, it would pick anew
     switch = "clear"
     repeats = True
+    problems = (lambda obj: None if obj.meanvalue.wrap.pairs else wrap_scene.target_problem(obj),)
 
     vertex: bpy.props.IntProperty(
         name="Vertex", description="Vertex of the mesh; -1 to click", default=-1, min=-1, options={'SKIP_SAVE'}
@@ -25,16 +26,6 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         name="Place", description="Where it belongs, in the other object's own space", size=3, options={'SKIP_SAVE'}
     )
     clear: bpy.props.BoolProperty(name="Clear", description="Take all picked pairs back", options={'SKIP_SAVE'})
-
-    @classmethod
-    def problem(cls, obj):
-        problem = super().problem(obj)
-        if problem is None and not obj.meanvalue.wrap.pairs:  # else they may be cleared
-            try:
-                wrap_scene.target_of(obj)
-            except SceneError as error:
-                return str(error)
-        return problem
 
     def is_given(self):
         return self.clear or self.vertex >= 0

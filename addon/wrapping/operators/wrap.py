@@ -18,7 +18,7 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     bl_idname = "meanvalue.wrap"
     bl_label = "Wrap Mesh"
     doing = "Wrapping"
-    problems = (wrap_scene.problem,)
+    problems = (wrap_scene.target_problem, wrap_scene.pairs_problem)
 
     def prepare(self, obj):
         return wrap_scene.Wrapping(obj, wrap_scene.target_of(obj))
