@@ -31,7 +31,7 @@ def test_built_in_sets_are_sound(marker_set):
 
 
 def test_prefixes_case_and_separators_do_not_matter():
-    for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS"):
+    for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS", "LFWT", "L.ASIS_study"):
         assert marker_sets.recognise([spelled]).landmarks == ("pelvis.front.L",)
     for prefix in ("Skeleton_", "Skeleton 001_", "J_Bip_", "take1"):
         found = marker_sets.recognise([*(prefix + label for label in walking_figure.LABELS), "Crate:1", "Crate:2"])
@@ -59,6 +59,8 @@ def test_a_joint_called_as_the_set_has_it_goes_before_its_helper():
     labels = ["Hips", "__UpLeg_L", "UpLeg_L", "LoLeg_L", "UpLeg_R", "LoLeg_R", "Foot_L", "Foot_R"]
     found = marker_sets.recognise(labels).landmarks
     assert (found[1], found[2]) == (None, "hip.L")
+    smpl = marker_sets.recognise(["Pelvis", "L_Ankle", "L_Foot", "R_Foot", "L_Wrist", "L_Hand"], True).landmarks
+    assert smpl[2:] == ("toe.joint.L", "toe.joint.R", "wrist.joint.L", "hand.joint.L")
 
 
 @pytest.mark.parametrize(("gone", "limbs"), [

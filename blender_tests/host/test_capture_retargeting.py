@@ -10,7 +10,7 @@ from addon.capture.core import landmarks, marker_sets, readers
 from addon.capture.core.body import Body
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.retargeting import retarget
-from addon.capture.core.soles import find_feet, find_stances, on_floor, standing
+from addon.capture.core.soles import find_stances, on_floor, standing
 from addon.errors import InvalidMotionError
 from addon.scene.core.rigid import fit_rotations
 from addon.scene.core.sample_times import runs
@@ -50,7 +50,7 @@ def feet_of(names=NAMES):
 def planted(markers, reference, character, rate, names):
     """retarget(), and on the floor the feet of a mesh whose soles are right below their markers."""
     path = retarget(markers, reference, character, names)
-    feet = [number for touching, _ in find_feet(reference, markers, names) for number in touching]
+    feet = feet_of(names)
     ground = character[feet, 2].min()
     vertices = np.concatenate([character, character[feet] * [1.0, 1.0, 0.0] + [0.0, 0.0, ground]])
     surface = SimpleNamespace(vertices=vertices, triangles=np.arange(len(vertices))[None])
@@ -63,21 +63,24 @@ def planted(markers, reference, character, rate, names):
 def test_soles_stand_on_the_floor_wherever_the_capture_lies_and_toes_bend(lifted, level):
     vertices, triangles, _ = body_mesh.body()
     body, walk = Body(Surface(vertices, triangles)), walking_figure.take(220)
-    given = SimpleNamespace(path=walk.clean + np.array([0.0, 0.0, lifted]), reference=REFERENCE, landmarks=NAMES)
+    drift = np.array([0.0, 0.0, lifted]) + np.arange(220)[:, None, None] * np.array([0.0003, 0.0, 0.0])
+    given = SimpleNamespace(path=walk.clean + drift, reference=REFERENCE, landmarks=NAMES)
     anchors = match_to_surface(REFERENCE, body.surface).vertex
     moved, cuffs = on_floor(given, given.path, anchors, body, level, 100.0)
     for side in "LR":
         heel, toe = walk.contacts[f"heel.{side}"], walk.contacts[f"toe.{side}"]
-        heights = []
-        for cuff in (cuff for cuff in cuffs if cuff.segment in {f"foot.{side}", f"toes.{side}"}):
-            ways = vertices[cuff.vertices] - cuff.centre
-            heights.append(cuff.centres[:, None, 2] + np.einsum("fj,kj->fk", cuff.turns[:, 2], ways) - level)
-            rest = vertices[cuff.vertices, 2]
-            assert np.abs(heights[-1] - rest)[heel & toe].max() < 0.01
-        assert np.abs(np.concatenate(heights, axis=1).min(axis=1))[heel | toe].max() < 0.01
+        foot, toes = (cuff for cuff in cuffs if cuff.segment[-1] == side)
+        sole = vertices[(vertices[:, 2] < 0.02) & (vertices[:, 0] * foot.centre[0] > 0.0)]
+        is_toes = sole[:, 1] <= vertices[toes.vertices, 1].max()
+        places = [cuff.centres[:, None] + (some - cuff.centre) @ cuff.turns.transpose(0, 2, 1)
+                  for cuff, some in ((foot, sole[~is_toes]), (toes, sole[is_toes]))]  # fmt: skip
+        heights = [points[..., 2] - level for points in places]
+        assert np.abs(np.concatenate(heights, axis=1).min(axis=1))[heel | toe].max() < 0.005
         # A stiff foot would have its toes 5 cm below the floor when it leaves.
-        assert np.abs(heights[1] - rest)[toe].max() < 0.01
+        assert np.abs(heights[1] - sole[is_toes, 2])[toe].max() < 0.01
         assert np.ptp(heights[0][toe & ~heel], axis=1).max() > 0.08, "the heel is up"
+        assert largest_travel(places[1], np.repeat(toe[:, None], is_toes.sum(), axis=1)) < 0.005 * HEIGHT, "no slide"
+        assert np.abs(moved[:, at(f"{side}ToeTip"), 2] - REFERENCE[at(f"{side}ToeTip"), 2] - level)[toe].max() < 0.02
         assert np.ptp((moved - walk.clean)[:, at(f"{side}Heel"), 2]) < 0.02, "nothing else is changed"
 
 
@@ -166,16 +169,6 @@ def test_the_way_that_the_capture_looks_and_where_it_is_do_not_matter():
     assert np.abs(moved - expected).max() < 1e-6
 
 
-def test_without_names_feet_are_the_lowest_markers():
-    walk, rest = walking_figure.take(300), walking_figure.t_pose(0.7)
-    feet = [sorted(at(side + label) for label in ("AnkleOut", "Heel", "ToeIn", "ToeOut", "ToeTip")) for side in "LR"]
-    assert find_feet(REFERENCE, walk.clean, (None,) * 41) == [(foot, foot) for foot in feet]
-    result = planted(walk.clean, REFERENCE, rest.clean[0], 100.0, (None,) * 41)
-    assert largest_slide(result, walk.clean) < 0.01 * rest.height
-    for side in "LR":
-        assert np.abs(knee_angles(result, rest, side) - walk.knee_angles[side]).max() < 8.0
-
-
 def test_a_wide_torso_and_long_arms_are_the_characters():
     walk = walking_figure.take(150)
     character = REFERENCE.copy()
@@ -210,8 +203,6 @@ def test_wrong_input_is_refused_with_numbers():
         retarget(walk.clean[:, :2], REFERENCE[:2], REFERENCE[:2], NAMES[:2])
     with pytest.raises(InvalidMotionError, match="turned by 180 degrees"):
         retarget(walk.clean, REFERENCE, REFERENCE * [-1.0, -1.0, 1.0], NAMES)
-    with pytest.raises(InvalidMotionError, match="No marker is seen"):
-        retarget(np.full((5, 41, 3), np.nan), REFERENCE, REFERENCE, NAMES)
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,8 @@ def test_a_recorder_s_csv_with_timecodes():
         (",a\n,0\n,1\n", [0, 1], None),
         ("Timecode,a\n23:59:59:29,0\n00:00:00:00,1\n", [0, 1], 30.0),
         ("Timecode,a\n00:00:01.5,0\n00:00:02,1\n", [0, 12], 24.0),
+        ("Timecode,a\n00:00:59;29,0\n00:01:00;02,1\n00:10:00;00,1\n", [0, 1, 16183], 30.0 / 1.001),
+        ("sep=|\n# a comment, and more\n\nt|a\n0|0\n0.5|1\n", [0, 500], 1000.0),
     ],
 )
 def test_times_in_csv(text, times, rate):
@@ -100,7 +102,7 @@ def test_json_in_its_three_forms():
     assert by_name.times.tolist() == [0.0, 500.0]
     assert np.isnan(by_name.values[0, 1])
     table = of_json({"names": ["a", "b"], "frames": [[0, 1], [1, None]], "fps": 30})
-    assert table.rate_hz == 30.0
+    assert (table.rate_hz, table.clock) == (30.0, "Each row is a frame, 30 a second")
     assert table.times.tolist() == [0.0, 1.0]
     weights = of_json({"exportFps": 60.0, "facsNames": ["a"], "weightMat": [[0.5]]})
     assert (weights.rate_hz, weights.values.tolist()) == (60.0, [[0.5]])

@@ -94,7 +94,7 @@ def steps(given):
         markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
     found = []
-    if options.keep_floor and (any(markers.landmarks) or options.mode == 'RETARGET'):  # else who says that it has feet
+    if options.keep_floor:
         path, found = soles.on_floor(markers, path, match.vertex, body, body.ground + options.floor_height, rate)
         markers = replace(markers, path=path)
     targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)

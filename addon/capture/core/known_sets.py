@@ -5,8 +5,8 @@ import re
 
 
 def key_of(name):
-    """A name without what laboratories write differently: case, and what separates words."""
-    return re.sub(r"[\s._\-]+", "", name).casefold()
+    """A name without what laboratories write differently: case, what separates words, what OpenCap puts behind."""
+    return re.sub(r"_study$|[\s._\-]+", "", name).casefold()
 
 
 def _by_name(central, sided):
@@ -25,31 +25,32 @@ def _by_name(central, sided):
 MARKERS = _by_name({
     "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL Head",
     "neck.back": "C7 CV7 BackTop SpineTop", "clavicle": "CLAV", "sternum": "STRN STERN Sternum Chest ChestTop",
-    "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK BAK",
+    "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK RBAC BAK",
     "pelvis.back": "S2 Sacrum SACR V.Sacral WaistBack", "pelvis.front.L": "WaistLFront",
     "pelvis.front.R": "WaistRFront", "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
 }, {
     "head.front": "FHD", "head.back": "BHD", "clavicle": "Clavicle SC", "back.shoulder": "ShoulderBack",
-    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut Elbow",
+    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut LElbow Elbow",
     "elbow.inner": "MEL MElbow ElbowIn", "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral",
-    "forearm": "FRM FA Forearm", "wrist": "Wrist", "wrist.thumb": "WRA WRI WristIn", "wrist.little": "WRB WristOut",
-    "hand": "FIN HandOut Hand", "pelvis.front": "ASI ASIS", "pelvis.side": "Waist", "pelvis.back": "PSI PSIS",
-    "thigh": "THI TH1 Thigh ThighFront", "thigh.2": "TH2", "thigh.3": "TH3", "thigh.4": "TH4",
+    "forearm": "FRM FA Forearm", "wrist": "Wrist", "wrist.thumb": "WRA WRI WristIn LWrist",
+    "wrist.little": "WRB WristOut MWrist", "hand": "FIN HandOut Hand", "pelvis.front": "ASI ASIS FWT",
+    "pelvis.side": "Waist", "pelvis.back": "PSI PSIS BWT", "thigh": "THI TH1 Thigh ThighFront", "thigh.2": "TH2",
+    "thigh.3": "TH3", "thigh.4": "TH4",
     "knee": "KNE LFC Knee KneeOut KneeLat", "knee.inner": "MFC MKnee KneeIn",
     "shank": "TIB SHN SH1 Shank ShankFront Shin", "shank.2": "SH2", "shank.3": "SH3", "shank.4": "SH4",
-    "ankle": "ANK LMAL Ankle AnkleOut AnkleLat", "ankle.inner": "MMAL MAnkle", "heel": "HEE CAL Heel HeelBack",
-    "toe": "TOE TOE1 MT2", "toe.big": "ToeIn ForefootIn", "toe.little": "MT5 ToeOut ForefootOut MidfootLat",
+    "ankle": "ANK LMAL Ankle AnkleOut AnkleLat", "ankle.inner": "MMAL MAnkle", "heel": "HEE CAL CALC Heel HeelBack",
+    "toe": "TOE TOE1 MT2", "toe.big": "ToeIn ForefootIn", "toe.little": "MT5 5META ToeOut ForefootOut MidfootLat",
     "toe.tip": "ToeTip",
 })  # fmt: skip
 
 # Bones begin with the joint: of MotionBuilder, Mixamo, MakeHuman, game engines, and motions of research as converted.
 JOINTS_BY_BONE = _by_name({
-    "pelvis.joint": "Hips Pelvis root", "spine": "Spine spine05", "spine.2": "Spine1 spine04",
-    "spine.3": "Spine2 Chest spine03", "spine.4": "Spine3 LowerBack spine02", "spine.5": "spine01",
+    "pelvis.joint": "Hips Pelvis root", "spine": "Spine spine05 L5", "spine.2": "Spine1 spine04 L3",
+    "spine.3": "Spine2 Chest spine03 T12", "spine.4": "Spine3 LowerBack spine02 T8 Thorax", "spine.5": "Spine4 spine01",
     "neck.joint": "Neck neck01", "head.joint": "Head", "head.top": "HeadTop_End Head_end", "toe.tip.L": "Toe_L_end",
     "toe.tip.R": "Toe_R_end",
 }, {
-    "clavicle.joint": "Shoulder Clavicle", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus",
+    "clavicle.joint": "Shoulder Clavicle Clav", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus",
     "upper_arm": "upperarm02", "elbow.joint": "ForeArm LoArm LowerArm lowerarm01 Radius", "forearm": "lowerarm02",
     "wrist.joint": "Hand Wrist", "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1",
     "thigh": "upperleg02", "hip": "UpLeg UpperLeg upperleg01 Thigh Femur",
@@ -59,17 +60,20 @@ JOINTS_BY_BONE = _by_name({
 
 # Of Poser, of the older converters, of motions of research: bones are called after the joint that they begin with.
 JOINTS_BY_JOINT = _by_name({
-    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack Spine1", "spine.2": "Chest Spine2", "spine.3": "Chest2 Spine3",
+    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack Spine1", "spine.2": "Chest Spine2",
+    "spine.3": "Chest2 Spine3", "spine.4": "Chest3", "spine.5": "Chest4",
     "neck.joint": "Neck", "head.joint": "Head", "head.top": "Head_end",
 }, {
     "clavicle.joint": "Collar", "shoulder.joint": "Shoulder", "elbow.joint": "Elbow", "wrist.joint": "Wrist",
-    "hip": "Hip", "knee.joint": "Knee", "ankle.joint": "Ankle", "toe.joint": "Toe Ankle_end", "toe.tip": "Toe_end",
+    "hand.joint": "Hand", "hip": "Hip", "knee.joint": "Knee", "ankle.joint": "Ankle",
+    "toe.joint": "Toe Foot Ankle_end", "toe.tip": "Toe_end",
 })  # fmt: skip
 
 # What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
 POSE_ESTIMATORS = JOINTS_BY_JOINT | _by_name(
-    {"head.top": "Head", "head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase", "spine.3": "Thorax"},
+    {"head.top": "Head", "head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hips_Center",
+     "spine.2": "SpineMid Trunk_Center", "spine.3": "Thorax SpineShoulder", "neck.joint": "Neck Neck_Center"},
     {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel"},
-)
+)  # fmt: skip
 
 BUILT_IN = (MARKERS, JOINTS_BY_BONE, JOINTS_BY_JOINT, POSE_ESTIMATORS)

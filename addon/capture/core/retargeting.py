@@ -8,7 +8,6 @@ from ...scene.core.rigid import turns_between
 from . import landmarks as places
 from .hip_centres import carried, hips_of, with_hips
 from .marker_graph import marker_graph
-from .soles import find_feet
 
 #: Edges whose captured lengths vary by this share count half: joints bend between their ends.
 BENDING = 0.05
@@ -30,8 +29,7 @@ def retarget(markers, reference, character, landmarks):
     markers  (f, m, 3) meters, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
         move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
         any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, meters,
-        Z up. landmarks  m names or None; markers without one are joined with their nearest
-        ones, and without any the lowest ones are feet.
+        Z up. landmarks  m names or None; markers without one are joined with their nearest ones.
     Raises InvalidMotionError for less than three markers, and where the character looks another way.
     """
     count = markers.shape[1]
@@ -47,7 +45,7 @@ def retarget(markers, reference, character, landmarks):
     shape = _solved(graph, turns, completed, reference, character)
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
-    ground = [number for touching, _ in find_feet(reference, completed, landmarks) for number in touching] or root
+    ground = [number for foot in places.feet(landmarks).values() for number in foot] or root
     heights = [points[root, 2].mean() - points[ground, 2].min() for points in (character, reference)]
     sizes = [np.linalg.norm(np.ptp(points, axis=0)) for points in (character, reference)]
     ratio = heights[0] / heights[1] if min(heights) > 0.1 * min(sizes) else sizes[0] / max(sizes[1], 1e-12)
@@ -72,21 +70,14 @@ def complete(markers, reference, graph, turns):
     """(f, m, 3) without NaN: a missing marker is where the first of its cells that is seen would carry it.
 
     turns  (f, c, 3, 3), of `MarkerGraph.rotations()`. What no cell tells is where the whole body would carry it; in a
-    frame without any marker, everything is as in the nearest frame with one.
+    frame without any marker, everything is as in the reference.
     """
     result = markers.copy()
     for cell, (members, weights) in enumerate(zip(graph.members, graph.weights, strict=True)):
         _fill(result, markers, reference, members[weights > 0.0], turns[:, cell], least=2)
     everything = np.arange(markers.shape[1])
     _fill(result, markers, reference, everything, turns.mean(axis=1), least=1)
-    seen = np.flatnonzero(~np.isnan(result[..., 0]).any(axis=1))
-    if not len(seen):
-        raise InvalidMotionError("No marker is seen in any frame: there is no motion to retarget.")
-    frames = np.arange(len(result))
-    after = np.minimum(np.searchsorted(seen, frames), len(seen) - 1)
-    before = np.maximum(after - 1, 0)
-    nearest = np.where(np.abs(seen[after] - frames) <= np.abs(seen[before] - frames), seen[after], seen[before])
-    return result[nearest]
+    return np.where(np.isnan(result), reference, result)
 
 
 def _fill(result, markers, reference, members, turns, least):

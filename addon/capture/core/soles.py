@@ -3,17 +3,13 @@
 
 import numpy as np
 
-from ...scene.core.connected import parts
 from ...scene.core.rigid import fit_rotations, turns_between, unit
 from ...scene.core.sample_times import runs
 from . import landmarks as places
 from .cuffs import Cuff, spread
 from .filtering import low_pass
-from .gaps import distance_variation
 from .hip_centres import carried
 
-#: Shares of the body's height: how low markers of feet are, and how much their distances vary.
-LOWEST, RIGID = 0.08, 0.01
 #: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or
 #: toes: then they stand on some of their markers.
 SLOW, LOW = 0.14, 0.05
@@ -22,25 +18,14 @@ SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
 #: Body heights: how far above its lowest point skin is of a sole, and how far from the foot's anchors.
 SOLE, AROUND = 0.012, 0.07
 #: Where toes begin, along the sole from the heel; vertices of a sole, and of toes, that move together.
-BALL, HELD = 0.7, 8
+BALL, HELD = 0.75, 8
 #: Of a foot that stands: the least cosine between the way that its sole looks, and down.
 DOWN = 0.3
+#: Ways down, by columns: whatever way a foot is turned, the farthest along one of them is nearly the lowest.
+WAYS_DOWN = np.array([(x, y, -1.0) for x in np.linspace(-3.0, 3.0, 25) for y in np.linspace(-3.0, 3.0, 25)]).T
+#: How gently toes begin and cease to bend, as a share of the room below their joint.
+SOFT = 0.4
 UP, LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
-
-
-def find_feet(reference, markers, landmarks):
-    """[(markers that touch the ground, these and those of the ankle)]: by name, or what is lowest in reference (m, 3).
-
-    Without names, a foot is a group of markers less than LOWEST of the body's height above the lowest one, each of
-    which keeps its distance from another in markers (f, m, 3): standard deviation less than RIGID of the height.
-    """
-    if any(landmarks):
-        of_segments = places.segments(landmarks)
-        return [(foot, of_segments.get(f"foot.{side}", foot)) for side, foot in places.feet(landmarks).items()]
-    height = np.ptp(reference[:, 2])
-    low = np.flatnonzero(reference[:, 2] - reference[:, 2].min() < LOWEST * height)
-    part = parts(np.argwhere(distance_variation(markers[:, low]) < RIGID * height), len(low))
-    return [(low[part == first].tolist(),) * 2 for first in np.unique(part)]
 
 
 def find_stances(positions, rate_hz, height, slow=SLOW):
@@ -90,22 +75,25 @@ def standing(path, sample, landmarks, rate):
 def on_floor(markers, captured, anchors, body, level, rate):
     """((f, m, 3), [Cuff]): markers with the soles of the mesh at the height `level` while feet stand; soles and toes.
 
-    Feet slide as the captured ones do. The mean of both feet moves the whole body, and the rest each foot. The floor is
-    where soles are in most of the stances near the ground of the mesh; others stay as far from it (stairs).
+    What touches the ground does not slide, unless it goes far. The mean of both feet moves the whole body, and the rest
+    each foot. The floor is where soles are in most of the stances near the ground of the mesh; others stay as far from
+    it (stairs). Markers over the toes go with these.
 
     markers: their `path` (f, m, 3) aligned, retargeted, NaN where missing, `reference` (m, 3) on the Body at rest, and
     `landmarks`; captured  (f, m, 3) before that; anchors  (m,) vertices that they carry; rate  frames a second.
     """
     vertices, used = body.surface.vertices, np.unique(body.surface.triangles)
     low = np.setdiff1d(used[vertices[used, 2] - body.ground < SOLE * body.height], anchors)
-    groups = [group for group in find_feet(markers.reference, captured, markers.landmarks) if len(group[1]) > 1]
+    of_segments = places.segments(markers.landmarks)
+    groups = [(foot, of_segments.get(f"foot.{side}", foot)) for side, foot in places.feet(markers.landmarks).items()]
+    groups = [group for group in groups if len(group[1]) > 1]
     places_of = [vertices[anchors[members]] for _, members in groups]
     away = [np.linalg.norm(vertices[low, None] - held, axis=2).min(axis=1) for held in places_of]
     feet = []
     for (touching, members), apart in zip(groups, away, strict=True):
         sole = low[(apart < AROUND * body.height) & (apart == np.min(away, axis=0))]
         if len(sole):
-            foot = _Foot(markers, captured, anchors, touching, members, body, sole)
+            foot = _Foot(markers, anchors, touching, members, body, sole)
             stands = find_stances(captured[:, touching], rate, body.height).any(axis=1)
             foot.stands = stands & (foot.turns[:, 2, 2] > DOWN) & ~np.isnan(foot.lowest)
             feet.append(foot)
@@ -120,17 +108,18 @@ def on_floor(markers, captured, anchors, body, level, rate):
     result = markers.path + of_body[:, None, :3]
     for foot, move in zip(feet, moves, strict=True):
         result[:, foot.touching] += (move - of_body)[:, None, :3]
-    return result, [cuff for foot, move in zip(feet, moves, strict=True) for cuff in foot.cuffs(move, vertices)]
+    return result, [cuff for foot, move in zip(feet, moves, strict=True) for cuff in foot.laid(move, result, vertices)]
 
 
 class _Foot:
     """One over f frames, which is rigid up to its ball. sole  (s,) vertices; the rest as of `on_floor()`."""
 
-    def __init__(self, markers, captured, anchors, touching, members, body, sole):
+    def __init__(self, markers, anchors, touching, members, body, sole):
         vertices, landmarks, self.touching = body.surface.vertices, markers.landmarks, touching
-        self.side = places.side_of(landmarks[members[0]]) or members[0]
-        toes = [k for k in members if (landmarks[k] or "").startswith("toe")]
-        behind = [k for k in members if landmarks[k] and k not in toes]
+        self.reference = markers.reference
+        self.side = places.side_of(landmarks[members[0]])
+        toes = [k for k in members if landmarks[k].startswith("toe")]
+        behind = [k for k in members if k not in toes]
         way = np.zeros(3)  # nothing tells where its toes are
         if toes and behind:
             way = unit((vertices[anchors[toes]].mean(axis=0) - vertices[anchors[behind]].mean(axis=0)) * LEVEL)
@@ -140,13 +129,21 @@ class _Foot:
         self.ends[:, 2] = body.ground
         both = sole[along <= begin], sole[along > begin]
         self.parts = [part[spread(vertices[part], middle[None], HELD)] for part in both]
-        rigid = behind + [k for k in toes if "tip" not in landmarks[k]]  # a tip bends
+        aside = np.cross(UP, way)
+        self.aside = 0.5 * np.ptp(vertices[sole] @ aside) * aside
+        self.on_toes = [k for k in toes if len(both[1]) and vertices[anchors[k]] @ way > begin]
+        stiff = [k for k in members if k not in self.on_toes]
+        rigid = stiff if len(stiff) > 2 else [k for k in members if "tip" not in landmarks[k]]
         rigid = rigid if len(rigid) > 1 else members
-        points = np.concatenate([markers.reference[rigid], self.ends, vertices[self.parts[0]]])
+        outermost = np.unique((vertices[both[0]] @ WAYS_DOWN).argmax(axis=0))
+        points = np.concatenate([markers.reference[rigid], self.ends[:1], vertices[both[0][outermost]]])
         self.turns = fit_rotations(markers.reference[rigid], markers.path[:, rigid])
         moved = carried(points, markers.path[:, rigid], self.turns)[:, len(rigid) :]
-        self.ball, self.tip, self.lowest = moved[:, 0], moved[:, 1], moved[:, [0, *range(2, moved.shape[1])], 2].min(1)
-        self.slid = carried(points, captured[:, rigid], self.turns)[:, len(rigid)] - self.ball
+        self.ball, self.lowest = moved[:, 0], moved[..., 2].min(axis=1)
+        # What touches the ground, from frame to frame.
+        frames, steps, below = np.arange(len(moved) - 1), np.diff(moved[..., :2], axis=0), moved[..., 2].argmin(axis=1)
+        steps = 0.5 * (steps[frames, below[:-1]] + steps[frames, below[1:]])
+        self.slid = np.concatenate([np.zeros((1, 2)), np.nan_to_num(steps).cumsum(axis=0)])
 
     def moves(self, level, floor, reach):
         """(f, 4): what it has to be moved by, and how high the ground below it is then."""
@@ -155,7 +152,9 @@ class _Foot:
             own = np.median(self.lowest[begin:end])
             moves[begin:end, 3] = level + (0.0 if abs(own - floor) < reach else own - floor)
             moves[begin:end, 2] = moves[begin:end, 3] - self.lowest[begin:end]
-            moves[begin:end, :2] = (self.slid[begin:end] - self.slid[begin:end].mean(axis=0))[:, :2]
+            slid = self.slid[begin:end]
+            if np.ptp(slid, axis=0).max() < reach:  # else it is meant to
+                moves[begin:end, :2] = slid.mean(axis=0) - slid
         # Between stances cubics that begin and end level; flat outside.
         known = np.flatnonzero(self.stands)
         place = np.interp(np.arange(len(moves)), known, np.arange(len(known)))
@@ -163,14 +162,21 @@ class _Foot:
         after = np.minimum(before + 1, len(known) - 1)
         return moves[known[before]] + share**2 * (3.0 - 2.0 * share) * (moves[known[after]] - moves[known[before]])
 
-    def cuffs(self, moves, vertices):
-        """The [Cuff]s of its sole and of its toes, which bend as far up as keeps their tip above the ground."""
-        ball, way = self.ball + moves[:, :3], self.tip - self.ball
-        length = np.linalg.norm(way, axis=1)
-        rise = np.maximum(way[:, 2], np.clip(moves[:, 3] - ball[:, 2], -length, 0.0))
-        flat = unit(way * LEVEL) * np.sqrt(np.maximum(length**2 - rise**2, 0.0))[:, None]
-        turns = np.where(np.isnan(length)[:, None, None], np.nan, self.turns)
-        bent = turns_between(way, flat + rise[:, None] * UP) @ turns
+    def laid(self, moves, path, vertices):
+        """The [Cuff]s of its sole and of its toes, which bend as far up as keeps them above the ground; markers on
+        these go along, in path (f, m, 3)."""
+        ball = self.ball + moves[:, :3]
+        room = np.maximum(ball[:, 2] - moves[:, 3], 0.0)
+        turns = bent = np.where(np.isnan(room)[:, None, None], np.nan, self.turns)
+        for way, is_ahead in ((self.ends[1] - self.ends[0], True), (self.aside, False)):
+            ways = bent @ way
+            most = np.minimum(room, np.linalg.norm(way))
+            soft = np.hypot(ways[:, 2] + most, SOFT * most)
+            rise = 0.5 * (ways[:, 2] - most + soft) if is_ahead else np.clip(ways[:, 2], -most, most)
+            flat = unit(ways * LEVEL) * np.sqrt(np.maximum(way @ way - rise**2, 0.0))[:, None]
+            bent = turns_between(ways, flat + rise[:, None] * UP) @ bent
+        bends = ball[:, None] + np.einsum("fij,kj->fki", bent, self.reference[self.on_toes] - self.ends[0])
+        path[:, self.on_toes] = np.where(np.isnan(bends + path[:, self.on_toes]), path[:, self.on_toes], bends)
         for name, some, turned in zip(("foot", "toes"), self.parts, (turns, bent), strict=True):
             if len(some):
                 centre = vertices[some].mean(axis=0)

@@ -68,7 +68,8 @@ def made(records, rate_hz, refuse):
     clock = next(each for words in ORDER for each in clocks if each.words == words and each.distinct >= fewest)
     kept = _in_order(clock.times, refuse, notes)
     times, values = _merged(clock.times[kept], np.column_stack(list(columns.values()))[kept], notes)
-    said = f"Time is {quoted(clock.name)}, in {clock.words}" if clock.words else "No time is there: each row is a frame"
+    rows = f"Each row is a frame, {rate_hz:g} a second" if rate_hz else "No time is there: each row is a frame"
+    said = f"Time is {quoted(clock.name)}, in {clock.words}" if clock.words else rows
     return RecordedValues(tuple(columns), values, times - times[0], clock.rate_hz, said, tuple(notes))
 
 
@@ -101,22 +102,23 @@ def _clock(name, cells, rate_hz, refuse):
     """The Clock that a column is by its name and as it rises, but for a few rows; or None."""
     label, code = folded(name), next((cell for cell in cells if isinstance(cell, str) and ":" in cell), "")
     if TIMECODE.fullmatch(code.strip()):
-        times, rate_hz = _of_timecodes(cells, rate_hz, refuse)
-        words = "timecodes"
+        (times, rate_hz), words = _of_timecodes(cells, rate_hz, refuse), "timecodes"
     else:
         times = _numbers(cells, LARGEST_TIME, "no time", refuse) if CLOCK.search(label) else None
         if times is None:
             return None
-        step = np.median(_rises(times) or [1.0])
-        words = next((words for words, unit in UNITS_MS.items() if step * unit < LONGEST_STEP_MS), "nanoseconds")
-        if "time" not in label and ("frame" in label or step == 1.0):
-            words = "frames"
-            if not label:  # pandas' number of a row
-                return None
-        else:
+        words = _counts(label, np.median(_rises(times) or [1.0]))
+        if words in UNITS_MS:
             times, rate_hz = (times - np.nanmin(times)) * UNITS_MS[words], 1000.0
     is_clock = len(_rises(times)) >= RISES_PER_FALL * len(_rises(-times))
     return Clock(name, times, rate_hz, words, len(np.unique(times))) if is_clock else None
+
+
+def _counts(label, step):
+    """What a time counts, from row to row a step; "" for rows that have numbers without a name, as pandas writes."""
+    if "time" not in label and ("frame" in label or step == 1.0):
+        return "frames" if label else ""
+    return next((words for words, unit in UNITS_MS.items() if step * unit < LONGEST_STEP_MS), "nanoseconds")
 
 
 def _rises(times):
@@ -136,7 +138,12 @@ def _of_timecodes(cells, rate_hz, refuse):
     rate_hz = rate_hz or next((rate for rate in RATES_OF_TIMECODES if rate > highest), highest + 1)
     seconds, there = parts[:, :3] @ [3600.0, 60.0, 1.0], ~np.isnan(parts[:, 0])
     seconds[there] = np.unwrap(seconds[there], period=DAY_SECONDS)  # past midnight
-    return seconds * rate_hz + parts[:, 3], float(rate_hz)
+    whole = math.ceil(rate_hz)
+    frames = seconds * whole + parts[:, 3]
+    if whole in (30, 60) and any(";" in str(cell) for cell in cells):  # drop-frame: minutes but each tenth are shorter
+        rate_hz, minutes = whole / 1.001, seconds // 60.0
+        frames -= whole // 15 * (minutes - minutes // 10.0)
+    return frames, float(rate_hz)
 
 
 def _in_order(times, refuse, notes):

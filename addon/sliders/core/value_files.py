@@ -37,10 +37,12 @@ def read(path, rate_hz=None):
 def parse_csv(data, file, rate_hz=None):
     """Of bytes: a header with names, and rows. As read()."""
     lines = Lines(data, file)
-    header = lines.next_filled()
+    header, told = lines.next_filled(), None
+    while header is not None and (before := re.match(r'"?sep=(.)|#', header, re.IGNORECASE)):
+        header, told = lines.next_filled(), before[1] or told
     if header is None:
         lines.fail("the file is empty", WANTED_CSV, number=1)
-    delimiter, numbers, records = max(",;\t", key=header.count), [], []
+    delimiter, numbers, records = told or max(",;\t", key=header.count), [], []
     head = [cell.strip() for cell in _cells(lines, lines.number, header, delimiter)]
     if 2 * sum(number_in(name) is not None for name in head) > len(head):
         lines.fail("it has no names of shapes", WANTED_CSV)
