@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
 from .. import wording
-from ..scene import mesh_arrays, mirrors, pose_key, seams, shape_keys, views
+from ..scene import mirrors, pose_key, seams, shape_keys, views
 from ..scene.declarations import aside
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
@@ -33,9 +33,8 @@ def _turn_region_around(obj):
     settings = obj.meanvalue
     if not settings.roi_invert or obj.type != 'MESH' or obj.mode == 'EDIT' or obj.data.library or obj.override_library:
         return
-    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
-    twins, copies = mirrors.partners(obj, rest, *faces), seams.copies(obj, rest, faces)
-    held = scene_input.effective_region(region.weights(obj), copies, twins)
+    rest = shape_keys.rest_positions(obj.data)
+    held = scene_input.effective_region(region.weights(obj), seams.copies(obj, rest), mirrors.partners(obj, rest))
     settings.roi_invert = False
     if settings.roi_group in obj.vertex_groups:
         region.write(obj, 1.0 - held)

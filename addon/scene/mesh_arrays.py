@@ -43,10 +43,8 @@ def triangles(mesh, rest, corners=None):
     How a quad is split depends on where its corners are. The mesh's own triangles are right if its vertices are in
     the rest shape; else a copy in the rest shape is triangulated.
     """
-    if corners is not None and len(corners) == 3 * len(mesh.polygons):
-        return corners.reshape(-1, 3)
-    if np.array_equal(vertex_positions(mesh), rest):
-        return shown_triangles(mesh)
+    if len(mesh.loops) == 3 * len(mesh.polygons) or np.array_equal(vertex_positions(mesh), rest):
+        return shown_triangles(mesh, corners)
     copy = mesh.copy()
     try:
         copy.vertices.foreach_set("co", rest.ravel())  # by the attribute, 5.2 would keep the triangles of before
@@ -55,8 +53,10 @@ def triangles(mesh, rest, corners=None):
         bpy.data.meshes.remove(copy)
 
 
-def shown_triangles(mesh):
-    """m x 3 int32: the triangulation of the mesh as it is, face after face."""
+def shown_triangles(mesh, corners=None):
+    """m x 3 int32: the triangulation of the mesh as it is, face after face. corners: of faces(), if at hand."""
+    if corners is not None and len(mesh.loops) == 3 * len(mesh.polygons):
+        return corners.reshape(-1, 3)
     mesh.calc_loop_triangles()
     corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("vertices", corners)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import wording
 from ..errors import SceneError
-from . import rig_space
+from . import kept, rig_space
 from .core import fixed_points, mirror_planes, twins
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
@@ -55,17 +55,17 @@ def gather(obj, rest, corners, starts):
     planes, joined = _seams(obj, rest, corners, starts)
     symmetric = _symmetry(obj, planes)
     if symmetric is not None:
-        partners = twins.find(rest, corners, starts, symmetric)
-        missing = np.count_nonzero(partners < 0)
+        across = partners(obj, rest)
+        missing = np.count_nonzero(across < 0)
         if missing:
             count = f"{missing:,} of {wording.vertices(len(rest))}"
             remedy = "See Select Problem Vertices > Unpaired, or turn Symmetric off"
             raise SceneError(f"{count} have no mirror image. {remedy}")
         for index, seam in enumerate(joined):
-            is_seam = (seam >= 0) | (seam[partners] >= 0)
+            is_seam = (seam >= 0) | (seam[across] >= 0)
             joined[index] = np.where(is_seam, np.arange(len(rest), dtype=np.int32), np.int32(-1))
         planes.append(symmetric)
-        joined.append(partners)
+        joined.append(across)
     return (np.array(planes), np.array(joined)) if planes else (None, None)
 
 
@@ -90,9 +90,12 @@ def _seams(obj, rest, corners, starts, shapes=()):
     return planes, joined
 
 
-def partners(obj, rest, corners, starts):
+def partners(obj, rest):
     """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
-    return None if obj.meanvalue.symmetric == 'NONE' else twins.find(rest, corners, starts, _symmetric_row(obj))
+    if obj.meanvalue.symmetric == 'NONE':
+        return None
+    row = _symmetric_row(obj)
+    return kept.of(obj.data, "twins", lambda: twins.find(rest, *kept.faces(obj.data), row), rest, row)
 
 
 def _read(obj):

@@ -10,12 +10,7 @@ def signature(obj):
     return obj.meanvalue.close_seams, obj.meanvalue.merge_distance
 
 
-def copies(obj, rest=None, faces=None):
-    """As of welding.copies(), in the rest shape; None where each vertex is its own.
-
-    rest, faces: of mesh_arrays, where they are at hand.
-    """
-    if rest is None:
-        rest = shape_keys.rest_positions(obj.data)
-    given, faces = signature(obj), faces or kept.faces(obj.data)
-    return kept.of(obj.data, "copies", lambda: welding.copies(rest, *given, *faces), rest, *given)
+def copies(obj, rest=None):
+    """As of welding.copies(), in the rest shape, which may be at hand; None where each vertex is its own."""
+    rest, given = shape_keys.rest_positions(obj.data) if rest is None else rest, signature(obj)
+    return kept.of(obj.data, "copies", lambda: welding.copies(rest, *given, *kept.faces(obj.data)), rest, *given)

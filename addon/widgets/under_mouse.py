@@ -120,8 +120,6 @@ def vertex_or_image(obj, place):
 
 def _is_near_a_face(positions, corners, starts, distances):
     """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
-    if len(starts) == 0:
-        return True
     ends = positions[corners]
     extents = np.maximum.reduceat(ends, starts) - np.minimum.reduceat(ends, starts)
     return bool((np.minimum.reduceat(distances[corners], starts) <= np.linalg.norm(extents, axis=1)).any())

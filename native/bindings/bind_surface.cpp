@@ -10,6 +10,7 @@
 #include "bindings/task.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/mesh/border_edges.h"
 #include "meanvalue/mesh/same_places.h"
 #include "meanvalue/mesh/surface_ways.h"
 #include "meanvalue/mesh/triangle_tree.h"
@@ -126,6 +127,19 @@ py::array_t<Index> firsts_of_places(const py::object& points, double distance) {
     return py::array_t<Index>(static_cast<py::ssize_t>(found.size()), found.data());
 }
 
+py::array_t<Index> borders(Index count, const py::object& face_corners, const py::object& face_starts) {
+    const std::vector<Index> corners = as_indices(face_corners, "face_corners", "vertex");
+    const std::vector<Index> starts = as_indices(face_starts, "face_starts", "corner");
+    const auto execution = std::make_shared<Execution>();
+    const auto found = beside(execution, [&] { return border_edges(count, corners, starts, *execution); });
+    py::array_t<Index> edges({static_cast<py::ssize_t>(found.size()), py::ssize_t{2}});
+    for (std::size_t e = 0; e < found.size(); ++e) {
+        edges.mutable_at(e, 0) = found[e].first;
+        edges.mutable_at(e, 1) = found[e].second;
+    }
+    return edges;
+}
+
 }  // namespace
 
 void bind_surface(py::module_& module) {
@@ -187,6 +201,11 @@ void bind_surface(py::module_& module) {
         "The triangles that Blender shows of polygons: (triangles (t, 3) int32, polygons (t,) int32, the face that\n"
         "each is a part of).\n\n"
         "vertices: (n, 3); faces: as of Deformer(). Raises InvalidInput that names what is wrong.");
+    module.def(
+        "border_edges", &borders, py::arg("vertex_count"), py::arg("face_corners"), py::arg("face_starts"),
+        "(m, 2) int32: the edges that one face alone has, the lower vertex first, ascending. face_corners: (c,)\n"
+        "int32, the vertices of faces one after another. face_starts: (f,) int32, where each begins in it.\n"
+        "Raises InvalidInput that names what is wrong.");
     module.def(
         "first_of_place", &firsts_of_places, py::arg("points"), py::arg("distance"),
         "(n,) int32: for each of points (n, 3) the lowest of those that steps of at most `distance` lead to;\n"

@@ -111,7 +111,7 @@ def gather(obj):
     parts, faces = key_reading.parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
     rest, shapes = parts["rest"], parts["points"]
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    copies = welding.together(seams.copies(obj, rest, faces), shapes.values(), obj.meanvalue.merge_distance)
+    copies = welding.together(seams.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
     planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
     triangles = mesh_arrays.triangles(obj.data, rest)
     return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)

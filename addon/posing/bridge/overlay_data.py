@@ -82,13 +82,13 @@ def look(obj):
 def _read(obj, stamp, positions):
     anchors, handles = bind_input.anchor_layout(members.of(obj, targets.enabled_handles(obj)))
     rest, faces = shape_keys.rest_positions(obj.data), kept.faces(obj.data)
-    twins = mirrors.partners(obj, rest, *faces)
+    twins = mirrors.partners(obj, rest)
     anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if obj.meanvalue.roi_group in obj.vertex_groups:
-        copies = seams.copies(obj, rest, faces)
+        copies = seams.copies(obj, rest)
         freedom = scene_input.effective_region(scene_input.region_weights(obj), copies, twins)
-        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
+        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
 

@@ -62,7 +62,7 @@ def read(obj, to_bind=True):
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    copies = seams.copies(obj, rest, faces)
+    copies = seams.copies(obj, rest)
     freedom = effective_region(freedom, copies, None if twins is None else twins[-1])
     roi = freedom > 0.0
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)

@@ -119,11 +119,10 @@ class BindInput:
     def notes(self):
         """Sentences on what of the mesh keeps poses from being what the artist expects."""
         found = []
-        faces = self.face_corners, self.face_starts
-        vertices, pieces, distance = welding.gaping(self.rest, *faces, self.copies, surely=True)
+        vertices, distance = welding.gaping(self.rest, self.face_corners, self.face_starts, self.copies, surely=True)
         if len(vertices):
-            near = f"{wording.vertices(len(vertices))} of {wording.counted(pieces, 'piece')}"
-            found.append(f"{near} lie nearly in the place of others. Set Advanced > Merge Distance to {distance:g}")
+            told = wording.vertices(len(vertices))
+            found.append(f"{told} lie nearly in the place of others. Set Advanced > Merge Distance to {distance:g}")
         far = float(np.abs(self.rest).max(initial=0.0))
         if motion.NOISE * far > FAR * self.diagonal:
             found.append(f"The mesh lies {far:,.0f} from its origin: small moves are rounded. Set Origin to Geometry")

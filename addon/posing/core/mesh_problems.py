@@ -34,7 +34,7 @@ def find(rest, triangles, report=None, places=None, partners=None, copies=None):
     copies = np.arange(len(rest)) if copies is None else copies
     is_lone = np.ones(len(rest), bool)
     is_lone[triangles] = False
-    gaps, _pieces, distance = welding.gaping(rest, triangles.ravel(), np.arange(0, triangles.size, 3), copies)
+    gaps, distance = welding.gaping(rest, triangles.ravel(), np.arange(0, triangles.size, 3), copies)
     found = {
         'WIRE': np.flatnonzero(is_lone),
         'DOUBLE': _doubles(rest, triangles, copies),

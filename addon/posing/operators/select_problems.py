@@ -57,6 +57,4 @@ def problems(obj):
         bind_input = scene_input.gather(obj)
         places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
         report = binding.deformer.report if binding is not None else None
-    faces = mesh_arrays.faces(obj.data)
-    partners, copies = mirrors.partners(obj, rest, *faces), seams.copies(obj, rest, faces)
-    return mesh_problems.find(rest, triangles, report, places, partners, copies)
+    return mesh_problems.find(rest, triangles, report, places, mirrors.partners(obj, rest), seams.copies(obj, rest))

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from ...solver import native_loader
+
 
 def reflection(plane):
     """(3 x 3, 3 numbers): x goes to matrix x + vector. plane: unit normal and distance from the origin along it."""
@@ -20,15 +22,10 @@ def edge_ends(face_corners, face_starts):
 def is_a_border(seam, face_corners, face_starts):
     """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
     not reach it, has nothing to be joined to there."""
-    if not seam.any():
-        return False
-    following = edge_ends(face_corners, face_starts)
-    lies_in = seam[face_corners] & seam[following]
-    edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
-    if len(edges) == 0:
-        return True  # single vertices touch the plane
-    faces = np.unique(edges, axis=0, return_counts=True)[1]
-    return bool(2 * np.count_nonzero(faces == 1) >= len(faces))
+    inside = np.count_nonzero(seam[face_corners] & seam[edge_ends(face_corners, face_starts)])
+    borders = native_loader.module().border_edges(len(seam), face_corners, face_starts)
+    # At least half of the edges: one that is no border is there twice. Or single vertices touch the plane.
+    return bool(seam.any() and 3 * np.count_nonzero(seam[borders].all(axis=1)) >= inside)
 
 
 def needed(planes, twins, roi, anchors):

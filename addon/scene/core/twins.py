@@ -4,7 +4,6 @@
 import numpy as np
 
 from ...solver import native_loader
-from ...solver.core.fingerprint import remembered
 from . import fixed_points, mirror_planes
 
 #: A vertex is the mirror image of another if it is no farther from it than this share of the mesh's size. Nearly all
@@ -15,7 +14,6 @@ TOLERANCES = (1e-6, 1e-3)
 TOWARDS = 0.25
 
 
-@remembered
 def find(rest, face_corners, face_starts, plane):
     """n int32: the mirror image of each vertex, itself for one in the plane, -1 where there is none.
 

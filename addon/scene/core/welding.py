@@ -7,8 +7,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...solver import native_loader
-from ...solver.core.fingerprint import remembered
-from . import connected, fixed_points, mirror_planes
+from . import fixed_points, mirror_planes
 
 #: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
 ROUNDING = 4.0 * 2.0**-23
@@ -16,53 +15,33 @@ ROUNDING = 4.0 * 2.0**-23
 #: Of the faces' edges: where merging takes more of them away, it merges what is no seam.
 MOST_COLLAPSED = 0.02
 
+#: About so many of the faces' edges are measured at most, at a distance that no count of corners has.
+MOST_MEASURED, STRIDE = 200_000, 12
+
 #: Of the mesh's size, and of its shortest edges: borders that are so near to each other are apart by mistake.
 NEAR, NEAR_EDGES = 1e-3, 0.1
 #: Of that: so near they are by mistake even where they are few; other ones may be tips of hair, or hems.
 SURE = 0.1
 
 
-@remembered
 def copies(rest, closes_seams, merge_distance, face_corners, face_starts):
-    """n int, not to be written to: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None where each is
-    its own.
+    """n int: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None where each is its own.
 
     closes_seams: vertices of open borders in one place are copies; merge_distance: and all that are so near, if > 0.
     """
-    distance = max(merge_distance, rounding(rest) if closes_seams else 0.0)
-    if merge_distance > 0.0:
-        first = first_of_place(rest, distance)
-    elif closes_seams:
-        first = np.arange(len(rest))
-        border = np.unique(border_edges(len(rest), face_corners, face_starts))
-        first[border] = border[first_of_place(rest[border], distance)]
-    else:
+    if not closes_seams and merge_distance <= 0.0:
         return None
+    distance = max(merge_distance, rounding(rest) if closes_seams else 0.0)
+    first = some = np.arange(len(rest))
+    if merge_distance <= 0.0:
+        some = np.unique(native_loader.module().border_edges(len(rest), face_corners, face_starts))
+    first[some] = some[first_of_place(rest[some], distance)]
     return None if np.array_equal(first, np.arange(len(first))) else first
 
 
 def rounding(rest):
     """How far copies of a vertex may be apart for all that is known of single precision."""
     return ROUNDING * float(np.ptp(rest, axis=0).max(initial=0.0)) if len(rest) else 0.0
-
-
-@remembered
-def border_edges(count, face_corners, face_starts):
-    """m x 2 numbers of the vertices, of `count`, of edges that one face alone has; the lower first."""
-    if len(face_starts) == 0:
-        return np.empty((0, 2), np.int64)
-    following = mirror_planes.edge_ends(face_corners, face_starts)
-    # Each edge adds to the sum of its start the mark of its end, and takes that of its start from the sum of its end.
-    # Two faces cancel out if they look to one side: what is left to be sorted is little. Whole numbers, so exactly.
-    marks = np.random.default_rng(1).integers(1 << 40, size=count).astype(np.float64)
-    begins = marks[face_corners]
-    ends = mirror_planes.edge_ends(begins, face_starts)
-    may_be = np.bincount(face_corners, ends, count) != np.bincount(following, begins, count)
-    lies_in = np.flatnonzero(may_be[face_corners]) if may_be.any() else np.empty(0, np.int64)
-    lies_in = lies_in[may_be[following[lies_in]] & (face_corners[lies_in] != following[lies_in])]
-    edges = np.sort(np.stack([face_corners[lies_in], following[lies_in]], axis=1), axis=1)
-    _, index, uses = np.unique(edges @ np.array([count, 1], np.int64), return_index=True, return_counts=True)
-    return edges[index[uses == 1]]
 
 
 def together(first, shapes, merge_distance):
@@ -97,9 +76,10 @@ def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
 
 
 def edge_lengths(rest, face_corners, face_starts):
-    """Lengths, float64, of the faces' edges with ends apart."""
-    ends = mirror_planes.edge_ends(face_corners, face_starts)
-    lengths = np.linalg.norm(rest[face_corners].astype(np.float64) - rest[ends], axis=1)
+    """Lengths, float64, of the faces' edges with ends apart; of a large mesh of some all over it."""
+    some = slice(None, None, 1 + STRIDE * (len(face_corners) // (STRIDE * MOST_MEASURED)))
+    ends = mirror_planes.edge_ends(face_corners, face_starts)[some]
+    lengths = np.linalg.norm(rest[face_corners[some]].astype(np.float64) - rest[ends], axis=1)
     return lengths[lengths > 0.0]
 
 
@@ -111,35 +91,31 @@ def harmless(lengths):
 
 
 def gaping(rest, face_corners, face_starts, first, surely=False):
-    """(vertices, pieces, distance): ascending ones at edges of open borders that lie nearly in the place of others, of
-    how many pieces of the mesh, and a merge distance that joins them.
+    """(vertices, distance): ascending ones at edges of open borders that lie nearly in the place of others, and a
+    merge distance that joins them.
 
     first: as of copies(), which are none of them; surely: only if they are very near, or most of the borders.
     """
     corners = face_corners if first is None else first[face_corners]
-    edges = border_edges(len(rest), corners, face_starts)
+    edges = native_loader.module().border_edges(len(rest), corners, face_starts)
     lengths = edge_lengths(rest, face_corners, face_starts) if len(edges) else edges
     if len(lengths) == 0:
-        return np.empty(0, np.int64), 0, 0.0
+        return np.empty(0, np.int64), 0.0
     border, places = np.unique(edges, return_inverse=True)
     limit = min(NEAR * fixed_points.bounding_box_diagonal(rest), NEAR_EDGES * harmless(lengths))
     points, place = rest[border].astype(np.float64), first_of_place(rest[border], limit)
-    counts = np.maximum(np.bincount(place), 1)[:, None]
-    middles = np.stack([np.bincount(place, column) for column in points.T], axis=1) / counts
-    reach = np.zeros(len(counts))
-    np.maximum.at(reach, place, 2.0 * np.linalg.norm(points - middles[place], axis=1))
+    reach, is_seam = np.zeros(len(border)), np.zeros(len(border), bool)
+    np.maximum.at(reach, place, np.linalg.norm(points - points[place], axis=1))
     ends = np.sort(place[places.reshape(-1, 2)], axis=1)
     _, index, uses = np.unique(ends @ np.array([len(rest), 1]), return_inverse=True, return_counts=True)
-    is_seam = np.zeros(len(counts), bool)  # as tips of hair that meet are not
-    is_seam[ends[(uses[index.ravel()] > 1) & (ends[:, 0] != ends[:, 1])]] = True
+    is_seam[ends[(uses[index.ravel()] > 1) & (ends[:, 0] != ends[:, 1])]] = True  # as tips of hair that meet are not
     is_seam &= reach > rounding(rest)
     vertices, widest = border[is_seam[place]], reach[is_seam].max(initial=0.0)
     is_sure = widest < SURE * limit or 2 * len(vertices) > len(border)
     if len(vertices) == 0 or (surely and not is_sure):
-        return vertices[:0], 0, 0.0
-    pieces = connected.parts(np.stack([corners, mirror_planes.edge_ends(corners, face_starts)], axis=1), len(rest))
+        return vertices[:0], 0.0
     figure = 10.0 ** np.floor(np.log10(widest))
-    return vertices, len(np.unique(pieces[vertices])), float(f"{np.ceil(widest / figure) * figure:.1g}")
+    return vertices, float(f"{np.ceil(widest / figure) * figure:.1g}")
 
 
 def spread(weights, first):

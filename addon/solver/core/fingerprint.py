@@ -5,7 +5,6 @@ A binding is remembered as a fingerprint of everything it depends on. It is kept
 duplication, renaming and reopening without any bookkeeping.
 """
 
-import functools
 import hashlib
 from typing import NamedTuple
 
@@ -15,9 +14,6 @@ from ... import wording
 
 #: What the digests of the mesh tell, in words: the anchors may no longer mean the same vertices.
 CHANGES = {"faces": "the faces were changed", "rest_shape": "the rest shape was edited"}
-
-#: Results of a `remembered` function that are kept.
-REMEMBERED = 4
 
 
 class Fingerprint(NamedTuple):
@@ -46,26 +42,6 @@ def digest(*parts):
         state.update(f"{array.dtype.str}{array.shape}".encode())
         state.update(array)
     return state.hexdigest()
-
-
-def remembered(function):
-    """Decorator of a function of arrays and numbers to an array or None: the last few results are kept by the content
-    of the arguments, since a mesh is read again after every edit of anything. They are not to be written to."""
-    known = {}
-
-    @functools.wraps(function)
-    def result_of(*arguments):
-        key = digest(*arguments)
-        if key not in known:
-            result = function(*arguments)
-            if result is not None:
-                result.flags.writeable = False
-            while len(known) >= REMEMBERED:
-                del known[next(iter(known))]
-            known[key] = result
-        return known[key]
-
-    return result_of
 
 
 def changes(bound, now):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <queue>
 #include <tuple>
 
@@ -38,6 +39,9 @@ constexpr std::size_t kMostLevels = 100;  // more than there are, but for limits
 /// much less as kLost, it was a limb that ended where it began to be less than kKept: thighs grow wide slowly.
 constexpr double kLeastLength = 2.05, kLost = 0.85, kKept = 0.92;
 
+/// So many vertices tell a limb from the body; a group of one with its neighbors has about so many.
+constexpr std::ptrdiff_t kEnough = 20000, kOfGroup = 4;
+
 }  // namespace
 
 SurfaceWays::SurfaceWays(Positions positions, const Edges& edges, const TrianglesView& triangles, double gap,
@@ -67,6 +71,7 @@ SurfaceWays::SurfaceWays(Positions positions, const Edges& edges, const Triangle
         neighbours_[next[a]++] = b;
         neighbours_[next[b]++] = a;
     }
+    first_step_.assign(count + 1, 0);
     if (triangles.rows() == 0) return;
     if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= count) {
         throw InvalidInput(message("a triangle has a corner that is none of the ", count, " vertices"));
@@ -119,7 +124,6 @@ void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles,
                 look(found[before + piece], {a, b}, from + k / places * along, gap);
         }
     });
-    first_step_.assign(count + 1, 0);
     for (const std::vector<Step>& some : found) {
         for (const Step& step : some)
             ++first_step_[step.from + 1];
@@ -179,8 +183,7 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
             const Index to = neighbours_[k];
             if (reach(to, (positions_.row(to) - positions_.row(v)).norm()) && !gaps.empty()) gaps[to] = gaps[v];
         }
-        for (std::size_t k = steps_.empty() ? 0 : first_step_[v], end = steps_.empty() ? 0 : first_step_[v + 1];
-             k < end; ++k) {
+        for (std::size_t k = first_step_[v]; k < first_step_[v + 1]; ++k) {
             if (reach(steps_[k].to, steps_[k].length)) gaps[steps_[k].to] = gaps[v] + steps_[k].gap;
         }
         Vector3 straight = positions_.row(v) - positions_.row(origin[v]);
@@ -217,12 +220,57 @@ void SurfaceWays::require_vertices(const std::vector<Index>& seeds) const {
 }
 
 double SurfaceWays::limb(Index vertex, double least, double limit) const {
+    std::optional<SurfaceWays> coarse;
     for (const double share : {0.125, 0.25, 0.5, 1.0}) {
-        const double within = share * limit;
-        const double found = limb_within(vertex, reach({vertex}, within), least, within);
+        const SurfaceWays& ways = coarse ? *coarse : *this;
+        const std::vector<double> distances = ways.reach({vertex}, share * limit);
+        const double found = ways.limb_within(vertex, distances, least, share * limit);
         if (found > 0.0) return found;
+        const auto unreached = std::count(distances.begin(), distances.end(), kInfinite);
+        for (auto count = static_cast<std::ptrdiff_t>(distances.size()) - unreached; count > kEnough;
+             count /= kOfGroup)
+            coarse = (coarse ? *coarse : *this).coarser(vertex);
     }
     return 0.0;
+}
+
+/// The same of groups of a vertex and its neighbors, which stand where that vertex is. @param vertex becomes the
+/// number of its group.
+SurfaceWays SurfaceWays::coarser(Index& vertex) const {
+    std::vector<Index> group(part_of_.size(), -1), middles;
+    for (Index v = 0; v < static_cast<Index>(group.size()); ++v) {
+        if (group[v] >= 0) continue;
+        group[v] = static_cast<Index>(middles.size());
+        for (std::size_t n = first_neighbour_[v]; n < first_neighbour_[v + 1]; ++n) {
+            if (group[neighbours_[n]] < 0) group[neighbours_[n]] = group[v];
+        }
+        middles.push_back(v);
+    }
+    vertex = group[vertex];
+    SurfaceWays result;
+    result.positions_ = positions_(middles, Eigen::all);
+    std::vector<Index> seen(middles.size(), -1);
+    for (const Index middle : middles) {
+        const Index number = seen[group[middle]] = group[middle];
+        const auto take = [&](Index v) {
+            if (group[v] != number) return;
+            for (std::size_t n = first_neighbour_[v]; n < first_neighbour_[v + 1]; ++n) {
+                const Index other = group[neighbours_[n]];
+                if (std::exchange(seen[other], number) != number) result.neighbours_.push_back(other);
+            }
+            for (std::size_t n = first_step_[v]; n < first_step_[v + 1]; ++n)
+                result.steps_.push_back({number, group[steps_[n].to], steps_[n].length, steps_[n].gap});
+        };
+        result.first_neighbour_.push_back(result.neighbours_.size());
+        result.first_step_.push_back(result.steps_.size());
+        result.part_of_.push_back(group[part_of_[middle]]);
+        take(middle);
+        for (std::size_t n = first_neighbour_[middle]; n < first_neighbour_[middle + 1]; ++n)
+            take(neighbours_[n]);
+    }
+    result.first_neighbour_.push_back(result.neighbours_.size());
+    result.first_step_.push_back(result.steps_.size());
+    return result;
 }
 
 double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distances, double least,

@@ -53,10 +53,13 @@ class SurfaceWays {
         Eigen::Vector3f gap;  // what is stepped over
     };
 
+    SurfaceWays() = default;
+
     void require_vertices(const std::vector<Index>& seeds) const;
     std::vector<double> reach(const std::vector<Index>& seeds, double limit) const;
     void find_steps(const Edges& edges, const TrianglesView& triangles, double gap, int threads,
                     const Execution& execution);
+    SurfaceWays coarser(Index& vertex) const;
     double limb_within(Index vertex, const std::vector<double>& distances, double least, double limit) const;
     double widest_ring(const std::vector<std::pair<Index, Index>>& crossed, const std::vector<double>& distances,
                        double level, std::vector<Index>& place) const;
@@ -66,7 +69,7 @@ class SurfaceWays {
     std::vector<std::size_t> first_neighbour_;  // n + 1
     std::vector<Index> neighbours_;
     std::vector<Step> steps_;              // by `from`
-    std::vector<std::size_t> first_step_;  // n + 1, none without steps
+    std::vector<std::size_t> first_step_;  // n + 1
 };
 
 }  // namespace meanvalue

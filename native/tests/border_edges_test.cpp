@@ -1,0 +1,63 @@
+#include "meanvalue/mesh/border_edges.h"
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "meanvalue/common/errors.h"
+#include "tests/support.h"
+
+namespace meanvalue::tests {
+namespace {
+
+using Edges = std::vector<std::pair<Index, Index>>;
+
+Edges counted(const std::vector<Index>& corners, const std::vector<Index>& starts) {
+    std::map<std::pair<Index, Index>, int> uses;
+    for (std::size_t face = 0; face < starts.size(); ++face) {
+        const std::size_t end = face + 1 < starts.size() ? starts[face + 1] : corners.size();
+        for (std::size_t k = starts[face]; k < end; ++k) {
+            const Index from = corners[k], to = corners[k + 1 < end ? k + 1 : starts[face]];
+            if (from != to) ++uses[{std::min(from, to), std::max(from, to)}];
+        }
+    }
+    Edges alone;
+    for (const auto& [edge, count] : uses) {
+        if (count == 1) alone.push_back(edge);
+    }
+    return alone;
+}
+
+TEST(BorderEdges, AreThoseThatOneFaceHasWhereverItLooks) {
+    const std::vector<Index> corners{0, 1, 2, 3, 1, 2, 4, 1, 4, 5, 1, 2, 6, 0, 0};
+    const std::vector<Index> starts{0, 4, 7, 10, 13};
+    const Edges expected{{0, 1}, {0, 3}, {1, 5}, {1, 6}, {2, 3}, {2, 4}, {2, 6}, {4, 5}};
+    EXPECT_EQ(border_edges(7, corners, starts, Execution()), expected);
+    EXPECT_EQ(counted(corners, starts), expected);
+    EXPECT_TRUE(border_edges(3, {}, {}, Execution()).empty());
+}
+
+TEST(BorderEdges, OfRandomFacesAreThoseThatCountingFinds) {
+    std::mt19937 random(1);
+    for (const Index count : {4, 30, 3000}) {
+        std::vector<Index> corners, starts;
+        for (int face = 0; face < 2000; ++face) {
+            starts.push_back(static_cast<Index>(corners.size()));
+            const Index from = static_cast<Index>(random() % static_cast<unsigned>(count));
+            for (Index k = 0; k < 3 + face % 2; ++k)
+                corners.push_back((from + (face % 5 == 0 ? 3 - k : k) * (1 + face % 3)) % count);
+        }
+        EXPECT_EQ(border_edges(count, corners, starts, Execution()), counted(corners, starts)) << count;
+    }
+}
+
+TEST(BorderEdges, OfNoMeshAreRefused) {
+    EXPECT_THROW(border_edges(3, {0, 1, 3}, {0}, Execution()), InvalidInput);
+    EXPECT_THROW(border_edges(3, {0, 1, -1}, {0}, Execution()), InvalidInput);
+    EXPECT_THROW(border_edges(3, {0, 1, 2}, {4}, Execution()), InvalidInput);
+    EXPECT_THROW(border_edges(3, {0, 1, 2}, {-1}, Execution()), InvalidInput);
+    EXPECT_THROW(border_edges(3, {0, 1, 2}, {2, 0}, Execution()), InvalidInput);
+}
+
+}  // namespace
+}  // namespace meanvalue::tests
