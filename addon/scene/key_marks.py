@@ -17,6 +17,7 @@ class Role(enum.IntEnum):
     RIG_POSE = 2
     CORRECTIVE = 3
     KEPT = 4  # the artist's, never written
+    WRAP = 5
 
 
 def mark(role, name=""):
@@ -27,7 +28,7 @@ def mark(role, name=""):
 def role(key):
     """The Role of a shape key, or None."""
     low = key.slider_min
-    return Role(-99 - math.frexp(low)[1]) if -(2.0**-99) < low <= -(2.0**-104) else None
+    return Role(-99 - math.frexp(low)[1]) if -(2.0**-99) < low <= -(2.0 ** -(99 + len(Role))) else None
 
 
 def find(keys, mark, name=""):

@@ -22,7 +22,7 @@ ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Propert
 MADE = "meanvalue_made"
 
 #: And what was written last to keys of a role, as a digest.
-WRITTEN = {Role.POSE: "meanvalue_written", Role.MIX: "meanvalue_written_mix"}
+WRITTEN = {Role.POSE: "meanvalue_written", Role.MIX: "meanvalue_written_mix", Role.WRAP: "meanvalue_written_wrap"}
 
 
 def make_basis(obj):
@@ -125,7 +125,12 @@ def unmarked(obj, role, name, mark):
     key = keys.key_blocks.get(name) if keys is not None else None
     if key is None or key_marks.role(key) is not None:
         return None
-    return key if keys.get(WRITTEN[role]) == _digest(mark, positions(key)) else None
+    return key if is_as_written(key, role, mark) else None
+
+
+def is_as_written(key, role, mark):
+    """Whether the key holds what was written last to that of this role and mark: else it is another, or was edited."""
+    return key.id_data.get(WRITTEN[role]) == _digest(mark, positions(key))
 
 
 def made_names(obj):

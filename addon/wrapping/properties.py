@@ -26,7 +26,7 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
         poll=lambda group, candidate: candidate.type == 'MESH' and candidate != group.id_data,
     )
     pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
-    made: StringProperty(options={'HIDDEN'})  # the shape key that the last wrap wrote
+    made: StringProperty(options={'HIDDEN'})  # the shape key of the last wrap, in files of before it had a mark
 
 
 PROPERTY_GROUPS = (MEANVALUE_PG_wrap_pair, MEANVALUE_PG_wrap)

@@ -6,8 +6,9 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import mesh_arrays, mirrors, seams, shape_keys, subject, vertex_groups
+from ...scene import key_marks, mesh_arrays, mirrors, seams, shape_keys, subject, vertex_groups
 from ...scene.core import motion, welding, whole_mesh
+from ...scene.key_marks import Role
 from ...solver.core.fingerprint import digest
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
 from .wrapping import Wrap
@@ -90,19 +91,17 @@ def gather(obj, target):
 def write(obj, target, wrapped, whole, tolerance):
     """The shape of Wrapped, of the whole, as a shape key at value 1, and the group of what is farther than `tolerance`.
 
-    The key of the last wrap is written again. Returns (its name, how many vertices are in the group).
+    The key of the last wrap is written again; if it was edited meanwhile it is the artist's, and gets value 0.
+    Returns (the key's name, how many vertices are in the group).
     """
-    settings = obj.meanvalue.wrap
     shape = motion.apply(np.linalg.inv(subject.to_world(obj)), wrapped.positions)
     shape = np.asarray(whole.cut_back(shape), np.float32)
-    keys = obj.data.shape_keys
-    key = keys.key_blocks.get(settings.made) if keys is not None and settings.made else None
-    if key is None or key == keys.reference_key:
-        key = shape_keys.add_shape(obj, target.name, shape)
-    else:
-        shape_keys.write_positions(obj.data, key, shape)
+    key = _last(obj) or shape_keys.add_shape(obj, target.name, shape)
+    key.slider_min = key_marks.mark(Role.WRAP)
+    key_marks.claim(key)
+    shape_keys.write_positions(obj.data, key, shape)
     shape_keys.show_fully(obj.data.shape_keys, key)
-    settings.made = key.name
+    obj.meanvalue.wrap.made = ""
     left_over = wrapped.distance[whole.places] > tolerance
     group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
     if group is None and left_over.any():
@@ -110,6 +109,19 @@ def write(obj, target, wrapped, whole, tolerance):
     if group is not None:
         vertex_groups.replace_weights(obj, group, left_over)
     return key.name, np.count_nonzero(left_over)
+
+
+def _last(obj):
+    """The shape key of the last wrap, or None."""
+    keys, mark = obj.data.shape_keys, key_marks.mark(Role.WRAP)
+    key = key_marks.only(keys, Role.WRAP)
+    if key is None and keys is not None and obj.meanvalue.wrap.made:  # of before such keys had marks
+        key = keys.key_blocks.get(obj.meanvalue.wrap.made)
+        return key if key != keys.reference_key and key_marks.role(key) is None else None
+    if key is None or shape_keys.is_as_written(key, Role.WRAP, mark):
+        return key
+    key.slider_min, key.value = 0.0, 0.0
+    return None
 
 
 def _key(given):
