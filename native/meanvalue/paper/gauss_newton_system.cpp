@@ -1,8 +1,9 @@
 #include "meanvalue/paper/gauss_newton_system.h"
 
+#include <algorithm>
+
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/paper/product_pattern.h"
 
 namespace meanvalue {
 
@@ -24,10 +25,25 @@ GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& u
 }
 
 void GaussNewtonSystem::find_pattern(const Execution& execution) {
-    pattern_ = BlockMatrix(
-        product_pattern(term_offsets_, term_columns_, static_cast<Index>(unknowns_.free.size()), execution),
-        execution);
-
+    // Of A^T A, entry (a, b) is there where a row of A has terms in both columns.
+    WorkMeter work(execution);
+    std::vector<std::vector<Index>> columns(unknowns_.free.size());
+    for (std::size_t k = 0; k < columns.size(); ++k)
+        columns[k].push_back(static_cast<Index>(k));
+    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
+        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
+            work.add(term_offsets_[row + 1] - term_offsets_[row]);
+            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
+                if (term_columns_[a] > term_columns_[b]) columns[term_columns_[b]].push_back(term_columns_[a]);
+            }
+        }
+    }
+    for (std::vector<Index>& column : columns) {
+        work.add(8 * column.size());
+        std::sort(column.begin(), column.end());
+        column.erase(std::unique(column.begin(), column.end()), column.end());
+    }
+    pattern_ = BlockMatrix(columns, execution);
     pair_offsets_.push_back(0);
     for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
         execution.check_every(row);
