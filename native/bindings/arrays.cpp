@@ -25,6 +25,16 @@ bool is_of_kind(const py::array& array, const char* kinds) {
     return std::string(kinds).find(array.dtype().kind()) != std::string::npos;
 }
 
+/// Nothing where numpy makes no array of it. Ctrl-C meanwhile is Ctrl-C, which py::array::ensure() would swallow.
+py::array array_or_nothing(const py::handle& values) {
+    try {
+        return py::array(py::reinterpret_borrow<py::object>(values));
+    } catch (const py::error_already_set& error) {
+        if (!error.matches(PyExc_Exception)) throw;
+        return py::reinterpret_steal<py::array>(py::handle());
+    }
+}
+
 /// @param wanted what to give instead, for the message.
 py::array as_array(const py::object& values, const char* name, const char* wanted) {
     if (py::hasattr(values, "mask") && py::hasattr(values, "filled")) {
@@ -32,7 +42,7 @@ py::array as_array(const py::object& values, const char* name, const char* wante
                                    " is a masked array, of which the masked values would be taken as well; give ",
                                    wanted, ", by filled() or compressed()"));
     }
-    py::array array = py::array::ensure(values);
+    py::array array = array_or_nothing(values);
     if (!array) throw InvalidInput(message(name, " cannot be made an array; give ", wanted));
     return array;
 }
@@ -101,7 +111,7 @@ std::optional<Polygons> as_polygons(const py::object& faces) {
             return result;
         }
     }
-    const py::array array = py::array::ensure(faces);
+    const py::array array = array_or_nothing(faces);
     result.offsets.push_back(0);
     if (array && array.ndim() == 2 && array.shape(1) > 3) {
         const LongArray integers = as_integers(array, "faces", "vertex");
@@ -114,7 +124,7 @@ std::optional<Polygons> as_polygons(const py::object& faces) {
         return {};
     }
     for (const py::handle face : py::iter(faces)) {
-        const py::array corners = py::array::ensure(face);
+        const py::array corners = array_or_nothing(face);
         if (!corners || corners.ndim() != 1) return {};
         const std::string name = message("faces[", result.offsets.size() - 1, "]");
         const std::vector<Index> owned = as_indices(corners, name.c_str(), "vertex");
