@@ -9,8 +9,6 @@ from . import landmarks as places
 from .hip_centres import carried, hips_of, with_hips
 from .marker_graph import marker_graph
 
-#: Edges whose captured lengths vary by this share count half: joints bend between their ends.
-BENDING = 0.05
 #: Degrees between the ways that reference and character look.
 MOST_TURNED = 60.0
 
@@ -96,10 +94,7 @@ def _solved(graph, turns, markers, reference, character):
     rest_lengths = np.maximum(np.linalg.norm(of_reference, axis=1), 1e-9)
     least = 1e-3 * np.median(rest_lengths)
     lengths = np.linalg.norm(of_character, axis=1)
-    some = markers[:: max(1, len(markers) // 1000)]
-    varies = np.linalg.norm(some[:, second] - some[:, first], axis=2).std(axis=0) / rest_lengths
-    # Relative errors count.
-    weights = 1.0 / np.maximum(lengths, least) ** 2 / (1.0 + (varies / BENDING) ** 2)
+    weights = 1.0 / np.maximum(lengths, least) ** 2  # relative errors count
     incidence = np.zeros((len(first), len(reference)))
     rows = np.arange(len(first))
     incidence[rows, second], incidence[rows, first] = 1.0, -1.0
