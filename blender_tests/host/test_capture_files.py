@@ -132,6 +132,13 @@ def test_an_arm_that_reaches_out_does_not_overrule_the_file():
     assert np.abs(1000.0 * take.positions - arm).max() < 1e-3
 
 
+@pytest.mark.parametrize("labels", [walker.LABELS, "ABCDEFGH"])
+def test_who_lies_throughout_is_not_stood_up(labels):
+    lies = METRES[:, :, [2, 0, 1]] - np.nanmin(METRES[:, :, [2, 0, 1]], axis=(1), keepdims=True) + (1.2, -0.3, 0.05)
+    take = read_c3d(capture_files.c3d(labels, 1000.0 * lies, screen=None))
+    assert np.abs(take.positions - lies).max() < 1e-5
+
+
 @pytest.mark.parametrize("order", [(1, 2, 0), (0, 2, 1), (2, 0, 1), (0, 1, 2)])
 def test_a_seated_person_without_axes_sits_upright(order):
     seated = np.array(list(SEATED.values())) + 0.03 * np.sin(np.arange(40)[:, None, None] / 4 + np.arange(7)[:, None])

@@ -97,8 +97,10 @@ class Recording:
             labels, positions = self._markers(left_out)
             up, largest = upright.by_names(labels, positions)
             positions *= self._metres(positions, largest, unit)
-            if up is None or (self.up_axis and largest == np.inf):  # an arm may be held in any direction
-                up = upright.by_floor(positions, self.up_axis)
+            told, usual = self.up_axis, self.usual_up[0]
+            # An arm may be held in any direction.
+            if up is None or (told if largest == np.inf else not told and upright.lies(positions, up, usual)):
+                up = upright.by_floor(positions, told)
             positions = units.turn_up(positions, self._up(up, up_axis))
         self._drop_damaged(positions)
         positions.flags.writeable = False

@@ -18,6 +18,8 @@ _HEIGHTS = tuple((re.compile(words), height) for words, height in (
 #: heights that who crawls travels farther along the body than across; share of the height that all but a limb spans;
 #: heights, as its parts tell it, that a body may be large, with its arms spread or as it bends.
 KNOWN, ALONG, CRAWLS, WHOLE, LARGEST = 0.2, 0.7, 0.6, 0.5, 1.6
+#: Meters that nothing of who lies is above the floor, on a bed.
+LYING = 1.0
 
 
 def by_names(labels, positions):
@@ -52,10 +54,23 @@ def by_names(labels, positions):
 def by_floor(positions, told):
     """The one of "Y" and "Z", or of what is told and its opposite, along which the markers, (f, m, 3) in metres, stand
     on a floor at 0: feet stay near it in nearly every frame and heads far above it. None if it is not just one."""
-    found, few = [], units.few(positions)
-    for up in (told[-1], "-" + told[-1]) if told else "YZ":
-        heights = units.turn_up(few, up)[..., 2]
-        lows, highs = (np.quantile(ends(heights, axis=1), [0.05, 0.95]) for ends in (np.nanmin, np.nanmax))
-        if lows[0] > -0.15 and lows[1] < 0.35 and highs[0] > 0.7 and highs[1] < 2.8:
-            found.append(up)
+    found = [up for up in ((told[-1], "-" + told[-1]) if told else "YZ") if _stands(_levels(positions, up))]
     return found[0] if len(found) == 1 else None
+
+
+def lies(positions, up, usual):
+    """Whether the markers, (f, m, 3) in metres, are of one who lies, along an axis `up`, low above a floor at 0 of the
+    axis that is up by custom: all of them, throughout, and along `up` is no floor."""
+    lows, highs = _levels(positions, usual)
+    return lows[0] > -0.03 and highs[1] < LYING and not _stands(_levels(positions, up))
+
+
+def _levels(positions, up):
+    """(lows, highs): what the lowest and the highest marker of a frame are above usually, and below."""
+    heights = units.turn_up(units.few(positions), up)[..., 2]
+    return [np.quantile(ends(heights, axis=1), [0.05, 0.95]) for ends in (np.nanmin, np.nanmax)]
+
+
+def _stands(levels):
+    lows, highs = levels
+    return lows[0] > -0.15 and lows[1] < 0.35 and highs[0] > 0.7 and highs[1] < 2.8
