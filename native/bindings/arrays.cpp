@@ -25,16 +25,6 @@ bool is_of_kind(const py::array& array, const char* kinds) {
     return std::string(kinds).find(array.dtype().kind()) != std::string::npos;
 }
 
-/// Nothing where numpy makes no array of it. Ctrl-C meanwhile is Ctrl-C, which py::array::ensure() would swallow.
-py::array array_or_nothing(const py::handle& values) {
-    try {
-        return py::array(py::reinterpret_borrow<py::object>(values));
-    } catch (const py::error_already_set& error) {
-        if (!error.matches(PyExc_Exception)) throw;
-        return py::reinterpret_steal<py::array>(py::handle());
-    }
-}
-
 /// @param wanted what to give instead, for the message.
 py::array as_array(const py::object& values, const char* name, const char* wanted) {
     if (py::hasattr(values, "mask") && py::hasattr(values, "filled")) {
@@ -73,6 +63,15 @@ LongArray as_integers(const py::array& array, const char* name, const char* of) 
 }
 
 }  // namespace
+
+py::array array_or_nothing(const py::handle& values) {
+    try {
+        return py::array(py::reinterpret_borrow<py::object>(values));
+    } catch (const py::error_already_set& error) {
+        if (!error.matches(PyExc_Exception)) throw;
+        return py::reinterpret_steal<py::array>(py::handle());
+    }
+}
 
 PositionsArray::PositionsArray(const py::object& values, const char* name) {
     constexpr const char* kWanted = "(n, 3) of float64";

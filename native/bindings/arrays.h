@@ -18,6 +18,9 @@ namespace py = pybind11;
 /// float64, C-order; other number types are converted, which copies.
 using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+/// Nothing where numpy makes no array of it. Ctrl-C meanwhile is Ctrl-C, which py::array::ensure() would swallow.
+py::array array_or_nothing(const py::handle& values);
+
 /// Positions that came from Python, from an array or anything that numpy makes one of: float64 in C-order is seen
 /// without a copy, other real numbers are converted.
 class PositionsArray {

@@ -22,7 +22,7 @@ Triangles own_faces(const py::object& faces, const std::vector<SharedPositions>&
     const std::size_t shape_count = shapes.size();
     const std::optional<Polygons> polygons = as_polygons(faces);
     if (polygons && shape_count > 0) return triangulate(*shapes.front(), *polygons).triangles;
-    const py::array array = py::array::ensure(faces);
+    const py::array array = array_or_nothing(faces);
     const bool are_several = array ? array.ndim() == 3 : py::isinstance<py::sequence>(faces);
     if (!are_several) return as_triangles(faces, "faces");
     const auto sequence = py::list(faces);
@@ -51,7 +51,7 @@ Triangles own_faces(const py::object& faces, const std::vector<SharedPositions>&
 
 /// (k,) or (k, n), shape after shape.
 std::vector<double> own_weights(const py::object& weights, std::size_t shape_count, std::size_t vertex_count) {
-    const py::array array = py::array::ensure(weights);
+    const py::array array = array_or_nothing(weights);
     const int dimensions = array && array.ndim() == 2 ? 2 : 1;
     const FloatArray numbers = as_floats(weights, "weights", dimensions, "(k,) or (k, n) of float");
     const bool fits = static_cast<std::size_t>(numbers.shape(0)) == shape_count &&

@@ -48,7 +48,7 @@ SliderValues arrays_of(const std::vector<SliderSolution>& frames, bool is_sequen
 
 /// One number for all shapes, or one for each.
 std::vector<double> own_bounds(const py::object& bounds, std::size_t shapes, const char* name) {
-    const py::array array = py::array::ensure(bounds);
+    const py::array array = array_or_nothing(bounds);
     if (!array || array.ndim() > 0) return as_numbers(bounds, name);
     return std::vector<double>(shapes, as_numbers(array.attr("reshape")(1), name)[0]);
 }

@@ -19,7 +19,7 @@ namespace meanvalue::bindings {
 namespace {
 
 SurfaceWays::Edges as_edges(const py::object& values) {
-    const py::array array = py::array::ensure(values);
+    const py::array array = array_or_nothing(values);
     if (!array || array.ndim() != 2 || array.shape(1) != 2) {
         throw ::meanvalue::InvalidInput("edges are no array of the shape (m, 2); give the two vertices of each");
     }
