@@ -24,7 +24,7 @@ Encoding encode_mesh(const py::object& vertices, const py::object& faces, int th
         require_finite(positions, "vertices");
         require_moderate_extent(positions);
         const OneRings rings = collect_one_rings(static_cast<Index>(positions.rows()), triangles, *held);
-        return encode(rings, positions, thread_count(threads), *held);
+        return encode(rings, positions, thread_count(threads), *held, true);
     });
 }
 

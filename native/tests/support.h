@@ -21,9 +21,9 @@ inline OneRings rings_of(const Mesh& mesh) {
     return collect_one_rings(mesh.vertex_count(), mesh.faces, Execution());
 }
 
-inline Encoding encoding_of(const Mesh& mesh, int threads = 1) {
+inline Encoding encoding_of(const Mesh& mesh, int threads = 1, bool with_cotangents = false) {
     Execution execution;
-    return encode(rings_of(mesh), mesh.vertices, threads, execution);
+    return encode(rings_of(mesh), mesh.vertices, threads, execution, with_cotangents);
 }
 
 /// The text of the Error that `action` throws; fails the test where it throws none.

@@ -34,6 +34,9 @@ Encoding blend(const std::vector<const Encoding*>& encodings, const ShapeWeights
         require_same_rings(*encodings.front(), *encodings[k], k);
     }
     Encoding result = *encodings.front();
+    const bool has_cotangents =
+        std::none_of(encodings.begin(), encodings.end(), [](const Encoding* of) { return of->cotangents.empty(); });
+    if (!has_cotangents) result.cotangents.clear();
     result.steep_weights.clear();
     for (Index v = 0; v < result.vertex_count(); ++v) {
         const bool is_steep = std::any_of(encodings.begin(), encodings.end(),
@@ -55,7 +58,8 @@ Encoding blend(const std::vector<const Encoding*>& encodings, const ShapeWeights
             for (Index place = first; place < result.ring_offsets[v + 1]; ++place) {
                 result.weights[place] = mean([&](const Encoding& of) { return of.weights[place]; });
                 result.heights[place] = mean([&](const Encoding& of) { return of.heights[place]; });
-                result.cotangents[place] = mean([&](const Encoding& of) { return of.cotangents[place]; });
+                if (has_cotangents)
+                    result.cotangents[place] = mean([&](const Encoding& of) { return of.cotangents[place]; });
                 if (steep < 0) continue;
                 // A ring that is not steep has u_ij = w_ij.
                 result.steep_weights[steep + place - first] = mean([&](const Encoding& of) {

@@ -48,7 +48,7 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
         }
         encoding.ring_offsets.push_back(static_cast<Index>(encoding.ring.size()));
     }
-    for (std::vector<double>* numbers : {&encoding.weights, &encoding.cotangents, &encoding.heights})
+    for (std::vector<double>* numbers : {&encoding.weights, &encoding.heights})
         numbers->resize(encoding.ring.size());
     encoding.softening.assign(rings.vertex_count(), 0.0);
     encoding.steep_offset.assign(rings.vertex_count(), -1);
@@ -62,7 +62,8 @@ std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encodin
     const std::uint8_t flags = encoder.encode(vertex, encoding.ring.data() + begin, valence);
     if ((flags & kNotPredictable) != 0) return flags;
     std::copy_n(encoder.weights().begin(), valence, encoding.weights.begin() + begin);
-    std::copy_n(encoder.cotangents().begin(), valence, encoding.cotangents.begin() + begin);
+    if (!encoding.cotangents.empty())
+        std::copy_n(encoder.cotangents().begin(), valence, encoding.cotangents.begin() + begin);
     std::copy_n(encoder.heights().begin(), valence, encoding.heights.begin() + begin);
     encoding.softening[vertex] = encoder.softening();
     return flags;
@@ -91,7 +92,7 @@ void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& executi
     };
     compact(encoding.ring);
     compact(encoding.weights);
-    compact(encoding.cotangents);
+    if (!encoding.cotangents.empty()) compact(encoding.cotangents);
     compact(encoding.heights);
     std::vector<Index> offsets(1, 0);
     for (Index v = 0; v < encoding.vertex_count(); ++v) {
@@ -103,11 +104,13 @@ void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& executi
 
 }  // namespace
 
-Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution) {
+Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution,
+                bool with_cotangents) {
     execution.begin_stage("encode");
     const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
     Encoding encoding;
     lay_out_rings(rings, replacements, execution, encoding);
+    if (with_cotangents) encoding.cotangents.resize(encoding.ring.size());
     std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
     parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
         RingEncoder encoder(positions);

@@ -12,7 +12,9 @@ namespace meanvalue {
 /// formulas break down; each vertex that needed one is listed in Encoding::guarded.
 /// @param positions n x 3 rest positions, finite, any units.
 /// @param threads as given by thread_count(); the result is the same for any number.
+/// @param with_cotangents whether these are kept, which no solver reads.
 /// @throws Cancelled. Cost: linear; see docs/benchmarks.md.
-Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution);
+Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution,
+                bool with_cotangents = false);
 
 }  // namespace meanvalue

@@ -38,7 +38,7 @@ struct Encoding {
     std::vector<Index> ring_offsets;  ///< n + 1
     std::vector<Index> ring;          ///< h: the ring of each vertex, counter-clockwise
     std::vector<double> weights;      ///< h: w_ij, summing to 1 over a ring (equation 7)
-    std::vector<double> cotangents;   ///< h: b_ij, of the angle between edge and normal (equation 9)
+    std::vector<double> cotangents;   ///< h: b_ij, of the angle between edge and normal (equation 9); or empty
     /// h: the factor of |v'_i - v'_j| in the normal offset: w_ij b_ij by equation 13, or u_ij b_ij for a steep ring,
     /// where b_ij is unbounded and its product with u_ij = |v'_i - v'_j| / sum_k |v'_i - v'_k| is not. Larger than
     /// these by what the soft normal is short of unit length at rest.
