@@ -381,5 +381,19 @@ TEST(PointTree, FindsTheNearest) {
     }
 }
 
+TEST(PointTree, TellsWhetherAnyPointIsWithinADistance) {
+    const Mesh mesh = with_noise(sphere(3), 0.2, 5);
+    std::vector<Index> rows;
+    for (Index v = 0; v < mesh.vertex_count(); v += 3)
+        rows.push_back(v);
+    const PointTree tree(mesh.vertices, rows, Execution());
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const Vector3 point = 1.1 * mesh.vertices.row(v).transpose();
+        const double least = tree.nearest(point).squared_distance;
+        EXPECT_TRUE(tree.has_within(point, least));
+        EXPECT_FALSE(tree.has_within(point, std::nextafter(least, 0.0)));
+    }
+}
+
 }  // namespace
 }  // namespace meanvalue::tests

@@ -175,17 +175,18 @@ class Finder {
 
     /// The smallest of the larger loose parts that `part` is inside of, and nearer to than `least`, a squared
     /// distance; or -1.
-    Index container_of(Index part, const std::vector<Index>& containers, double least) const {
+    Index container_of(Index part, const std::vector<Index>& containers, double least) {
         const std::vector<Index> sample = some_of(members_[part], kSample);
         for (auto container = containers.rbegin(); container != containers.rend(); ++container) {
             const Box& box = boxes_[*container];
             const Vector3 margin = Vector3::Constant(kSoftDistance * size_of(box));
             if (!Box(box.min() - margin, box.max() + margin).contains(boxes_[part])) continue;
-            for (const Index v : some_of(members_[*container], kSample)) {
-                for (const Index from : sample) {
-                    if ((rest_.row(v) - rest_.row(from)).squaredNorm() <= least) return *container;
-                }
-            }
+            auto tree = trees_.find(*container);
+            if (tree == trees_.end())
+                tree =
+                    trees_.try_emplace(*container, rest_, some_of(members_[*container], kSample), execution_).first;
+            const auto is_near = [&](Index v) { return tree->second.has_within(rest_.row(v).transpose(), least); };
+            if (std::any_of(sample.begin(), sample.end(), is_near)) return *container;
         }
         return -1;
     }
@@ -245,7 +246,8 @@ class Finder {
     std::vector<std::vector<Index>> members_;  // of each part
     std::vector<Box> boxes_;
     PointTree fixed_;
-    Grouped<Index> neighbours_;  // of each vertex; those over inner edges are there twice
+    std::map<Index, PointTree> trees_;  // of containers that any part was inside the box of
+    Grouped<Index> neighbours_;         // of each vertex; those over inner edges are there twice
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "meanvalue/mesh/point_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <tuple>
 
@@ -37,6 +38,12 @@ PointTree::Nearest PointTree::nearest(const Vector3& point) const {
     Nearest best{rows_.front(), std::numeric_limits<double>::infinity()};
     search({0, rows_.size()}, point, best);
     return best;
+}
+
+bool PointTree::has_within(const Vector3& point, double squared_distance) const {
+    Nearest best{-1, std::nextafter(squared_distance, std::numeric_limits<double>::infinity())};
+    search({0, rows_.size()}, point, best);
+    return best.row >= 0;
 }
 
 void PointTree::search(Range range, const Vector3& point, Nearest& best) const {

@@ -23,6 +23,8 @@ class PointTree {
 
     /// The row nearest to `point`; of several equally near ones always the same.
     Nearest nearest(const Vector3& point) const;
+    /// Whether any row is as near: the less that is, the sooner it is answered.
+    bool has_within(const Vector3& point, double squared_distance) const;
 
   private:
     using Range = std::pair<std::size_t, std::size_t>;
