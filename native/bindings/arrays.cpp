@@ -11,6 +11,7 @@ namespace meanvalue::bindings {
 namespace {
 
 using LongArray = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+using IndexArray = py::array_t<Index, py::array::c_style | py::array::forcecast>;
 
 std::string shape_text(const py::array& array) {
     return py::str(array.attr("shape"));
@@ -38,7 +39,7 @@ py::array as_array(const py::object& values, const char* name, const char* wante
 }
 
 /// Whole numbers, or nothing at all: numpy makes an empty list one of float64. @param of what they number.
-LongArray as_integers(const py::array& array, const char* name, const char* of) {
+IndexArray as_integers(const py::array& array, const char* name, const char* of) {
     if (!is_of_kind(array, "iu") && !(array.size() == 0 && is_of_kind(array, "f"))) {
         throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)"));
     }
@@ -52,14 +53,16 @@ LongArray as_integers(const py::array& array, const char* name, const char* of) 
             if (numbers.data()[k] > most) refuse(numbers.data()[k]);
         }
     }
-    LongArray integers(array);
+    if (array.itemsize() <= static_cast<py::ssize_t>(sizeof(Index)) && is_of_kind(array, "i"))
+        return IndexArray(array);
+    const LongArray integers(array);
     const std::int64_t* item = integers.data();
     for (py::ssize_t k = 0; k < integers.size(); ++k) {
         if (item[k] < std::numeric_limits<Index>::min() || item[k] > std::numeric_limits<Index>::max()) {
             refuse(item[k]);
         }
     }
-    return integers;
+    return IndexArray(array);
 }
 
 }  // namespace
@@ -91,9 +94,8 @@ Triangles as_triangles(const py::object& values, const char* name) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array),
                                    "; give (m, 3) triangles, which triangulate() makes of polygons"));
     }
-    const LongArray integers = as_integers(array, name, "vertex");
-    using LongTriangles = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
-    return Eigen::Map<const LongTriangles>(integers.data(), integers.shape(0), 3).cast<Index>();
+    const IndexArray integers = as_integers(array, name, "vertex");
+    return Eigen::Map<const Triangles>(integers.data(), integers.shape(0), 3);
 }
 
 std::optional<Polygons> as_polygons(const py::object& faces) {
@@ -113,7 +115,7 @@ std::optional<Polygons> as_polygons(const py::object& faces) {
     const py::array array = array_or_nothing(faces);
     result.offsets.push_back(0);
     if (array && array.ndim() == 2 && array.shape(1) > 3) {
-        const LongArray integers = as_integers(array, "faces", "vertex");
+        const IndexArray integers = as_integers(array, "faces", "vertex");
         result.corners.assign(integers.data(), integers.data() + integers.size());
         for (py::ssize_t face = 1; face <= array.shape(0); ++face)
             result.offsets.push_back(static_cast<Index>(face * array.shape(1)));
@@ -143,7 +145,7 @@ std::vector<Index> as_indices(const py::object& values, const char* name, const 
     if (array.ndim() != 1) {
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)"));
     }
-    const LongArray integers = as_integers(array, name, of);
+    const IndexArray integers = as_integers(array, name, of);
     return {integers.data(), integers.data() + integers.size()};
 }
 
