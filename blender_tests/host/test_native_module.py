@@ -76,7 +76,7 @@ def test_solution_vertices_are_read_only_and_outlive_the_solution():
 @pytest.mark.parametrize(
     ("action", "text"),
     [
-        (lambda: meanvalue.encode(VERTICES, TRIANGLES[:, :2]), "split polygons"),
+        (lambda: meanvalue.encode(VERTICES, TRIANGLES[:, :2]), r"triangulate\(\)"),
         (lambda: meanvalue.encode(VERTICES, TRIANGLES + 1), "triangle .* names vertex 180"),
         (lambda: meanvalue.encode(VERTICES * np.nan, TRIANGLES), r"vertices\[0\] is \(nan"),
         (lambda: meanvalue.encode(VERTICES, TRIANGLES).predict(VERTICES[:5]), "5 rows"),
