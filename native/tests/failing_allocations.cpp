@@ -30,6 +30,10 @@ bool FailingAllocation::has_failed() const {
     return left.load() < 0;
 }
 
+std::int64_t FailingAllocation::remaining() const {
+    return left.load();
+}
+
 bool FailingAllocation::is_there() {
     return MEANVALUE_OWN_NEW != 0;
 }

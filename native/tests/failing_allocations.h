@@ -16,6 +16,8 @@ class FailingAllocation {
 
     /// Whether it has come to that allocation.
     bool has_failed() const;
+    /// How many more there may be before it does.
+    std::int64_t remaining() const;
     /// False under sanitizers, which have an operator new of their own: nothing fails then.
     static bool is_there();
 };
