@@ -18,7 +18,7 @@ SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
 #: Body heights: how far above its lowest point skin is of a sole, and how far from the foot's anchors.
 SOLE, AROUND = 0.012, 0.07
 #: Where toes begin, along the sole from the heel; vertices of a sole, and of toes, that move together.
-BALL, HELD = 0.75, 8
+BALL, HELD = 0.75, 14
 #: Of a foot that stands: the least cosine between the way that its sole looks, and down.
 DOWN = 0.3
 #: Ways down, by columns: whatever way a foot is turned, the farthest along one of them is nearly the lowest.
