@@ -2,24 +2,30 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <limits>
-#include <numeric>
 #include <utility>
+
+#include "meanvalue/common/grouped.h"
 
 namespace meanvalue {
 namespace {
 
-// Vertices of a graph that is cut as it is: the flow through it takes longer than linear time.
-constexpr Index kSmallGraph = 30000;
-// Share of a graph that each of its ends takes, in percent: less lets separators be smaller, and takes longer.
-constexpr Index kEndPercent = 40;
-// The least share of the vertices on either side of the surroundings of a cut, in percent.
-constexpr Index kLeastPercent = 20;
+// Shares of a graph, in percent. The first cut leaves as much on each side: less finds thinner places, and makes the
+// larger side larger.
+constexpr Index kLeastCut = 35;
+// What exchanging leaves on each side.
+constexpr Index kLeastLeft = 20;
+
+Index share_of(Index size, Index percent) {
+    return static_cast<Index>(std::int64_t{size} * percent / 100);
+}
 
 /// In edges, from one vertex.
 std::vector<Index> distances(const Graph& graph, Index from, WorkMeter& work) {
     std::vector<Index> distance(graph.size(), -1);
     std::vector<Index> queue = {from};
+    queue.reserve(graph.size());
     distance[from] = 0;
     for (std::size_t k = 0; k < queue.size(); ++k) {
         work.add(1 + graph.degree(queue[k]));
@@ -35,191 +41,180 @@ std::vector<Index> distances(const Graph& graph, Index from, WorkMeter& work) {
 /// From each of four vertices that are far from each other.
 std::array<std::vector<Index>, 4> distances_from_extremes(const Graph& graph, WorkMeter& work) {
     std::array<std::vector<Index>, 4> result;
-    std::vector<Index> nearest = distances(graph, 0, work);
+    std::vector<Index> nearest(graph.size(), graph.size());
+    Index from = graph.size() - 1;
     for (std::vector<Index>& distance : result) {
-        const auto farthest = std::max_element(nearest.begin(), nearest.end()) - nearest.begin();
-        distance = distances(graph, static_cast<Index>(farthest), work);
-        if (&distance == &result[0]) nearest = distance;
-        for (std::size_t v = 0; v < nearest.size(); ++v)
+        distance = distances(graph, from, work);
+        for (Index v = 0; v < graph.size(); ++v)
             nearest[v] = std::min(nearest[v], distance[v]);
+        from = static_cast<Index>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
     }
     return result;
 }
 
-/// The vertices from one end of the graph to the other. The four extremes a, b, c, d are at the ends in one of the
-/// ways a | b, ac | bd, ad | bc: that with the fewest vertices of the first half next to the other half.
-std::vector<Index> from_end_to_end(const Graph& graph, WorkMeter& work) {
+/// Vertices from one end of a graph to the other, cut in two.
+struct Line {
+    std::vector<Index> vertices;
+    Index left_end = 0;
+    std::int64_t cost = std::numeric_limits<std::int64_t>::max();
+};
+
+/// Cut where the fewest vertices before have neighbours behind, and both sides have about the same size.
+/// @param heights n: at one end the lowest, at the other the highest.
+Line cut_line(const Graph& graph, const std::vector<Index>& heights, WorkMeter& work) {
+    const Index size = graph.size();
+    const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
+    Line line;
+    line.vertices = grouped<Index>(*highest - *lowest + 1, [&, low = *lowest](const auto& visit) {
+                        for (Index v = 0; v < size; ++v)
+                            visit(heights[v] - low, v);
+                    }).items;
+    std::vector<Index> place(size);
+    for (Index k = 0; k < size; ++k)
+        place[line.vertices[k]] = k;
+    const Index first = std::max(share_of(size, kLeastCut), 1);
+    std::vector<Index> change(size + 1, 0);  // of the border, from one cut to the next
+    for (Index k = 0; k < size - first; ++k) {
+        const Index v = line.vertices[k];
+        work.add(1 + graph.degree(v));
+        Index farthest = k;
+        for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
+            farthest = std::max(farthest, place[*u]);
+        ++change[k + 1];
+        --change[farthest + 1];
+    }
+    std::int64_t border = 0;
+    for (Index end = 0; end <= size - first; ++end) {
+        border += change[end];
+        const std::int64_t cost = border * (2 * size + std::abs(size - 2 * end + border));
+        if (end < first || cost >= line.cost) continue;
+        line.left_end = end;
+        line.cost = cost;
+    }
+    return line;
+}
+
+/// The four extremes a, b, c, d are at the ends in one of the ways a | b, ac | bd, ad | bc.
+Line best_line(const Graph& graph, WorkMeter& work) {
     constexpr Index kWays[3][4] = {{1, -1, 0, 0}, {1, -1, 1, -1}, {1, -1, -1, 1}};
     const std::array<std::vector<Index>, 4> distance = distances_from_extremes(graph, work);
-    const Index size = graph.size();
-    std::vector<Index> best;
-    Index smallest_border = std::numeric_limits<Index>::max();
+    Line best;
     for (const auto& way : kWays) {
-        std::vector<Index> difference(size, 0);
+        std::vector<Index> heights(graph.size(), 0);
         for (std::size_t k = 0; k < distance.size(); ++k) {
-            for (Index v = 0; v < size; ++v)
-                difference[v] += way[k] * distance[k][v];
+            for (Index v = 0; v < graph.size(); ++v)
+                heights[v] += way[k] * distance[k][v];
         }
-        std::vector<Index> vertices(size);
-        std::iota(vertices.begin(), vertices.end(), 0);
-        std::stable_sort(vertices.begin(), vertices.end(),
-                         [&](Index a, Index b) { return difference[a] < difference[b]; });
-        std::vector<char> is_in_first_half(size, 0);
-        for (Index k = 0; k < size / 2; ++k)
-            is_in_first_half[vertices[k]] = 1;
-        Index border = 0;
-        for (Index k = 0; k < size / 2; ++k) {
-            const Index v = vertices[k];
-            work.add(1 + graph.degree(v));
-            border +=
-                std::all_of(graph.begin(v), graph.end(v), [&](Index u) { return is_in_first_half[u] != 0; }) ? 0 : 1;
-        }
-        if (border >= smallest_border) continue;
-        smallest_border = border;
-        best = std::move(vertices);
+        Line line = cut_line(graph, heights, work);
+        if (line.cost < best.cost) best = std::move(line);
     }
     return best;
 }
 
-/// The graph of some vertices, numbered in their order; neighbours descending, so that the search for paths goes to
-/// the other end first.
-Graph graph_of_some(const Graph& graph, const std::vector<Index>& vertices, WorkMeter& work) {
-    std::vector<Index> number(graph.size(), -1);
-    for (std::size_t k = 0; k < vertices.size(); ++k)
-        number[vertices[k]] = static_cast<Index>(k);
-    Graph result;
-    for (const Index v : vertices) {
-        work.add(1 + graph.degree(v));
-        const auto degree = std::count_if(graph.begin(v), graph.end(v), [&](Index u) { return number[u] >= 0; });
-        result.offsets.push_back(result.offsets.back() + degree);
-    }
-    result.neighbours.resize(result.offsets.back());
-    std::vector<std::int64_t> next(result.offsets.begin(), result.offsets.end() - 1);
-    for (Index k = result.size(); k-- > 0;) {
-        work.add(1 + graph.degree(vertices[k]));
-        for (const Index* u = graph.begin(vertices[k]); u != graph.end(vertices[k]); ++u) {
-            if (number[*u] >= 0) result.neighbours[next[number[*u]]++] = k;
+/// Vertices between two sides that are exchanged for fewer.
+class Separator {
+  public:
+    Separator(const Graph& graph, const Line& line, WorkMeter& work)
+        : graph_(graph), work_(work), sides_(graph.size(), Side::kLeft), via_(graph.size()) {
+        for (auto v = line.vertices.begin() + line.left_end; v != line.vertices.end(); ++v)
+            sides_[*v] = Side::kRight;
+        for (Index v = 0; v < graph.size(); ++v) {
+            const auto is_right = [&](Index u) { return sides_[u] == Side::kRight; };
+            if (sides_[v] == Side::kLeft && std::any_of(graph.begin(v), graph.end(v), is_right))
+                vertices_.push_back(v);
         }
+        for (const Index v : vertices_)
+            sides_[v] = Side::kBetween;
     }
-    return result;
-}
 
-/// By the smallest separator of some vertices, of which the first `left_end` are on the left and those from
-/// `right_begin` on on the right.
-Cut separate(const Graph& graph, std::vector<Index> vertices, Index left_end, Index right_begin, WorkMeter& work,
-             const Execution& execution) {
-    Cut cut;
-    cut.graph = graph_of_some(graph, vertices, work);
-    cut.vertices = std::move(vertices);
-    cut.sides = minimum_separator(cut.graph, left_end, right_begin, execution);
-    return cut;
-}
-
-/// Sets the sides of the vertices that are cut.
-void take_sides(const Cut& cut, std::vector<Side>& sides) {
-    for (std::size_t k = 0; k < cut.vertices.size(); ++k)
-        sides[cut.vertices[k]] = cut.sides[k];
-}
-
-/// A vertex of `graph` for each cluster.
-struct Clusters {
-    std::vector<Index> of;  // each vertex of the whole graph
-    Graph graph;
-};
-
-/// Each a vertex with those of its neighbours that are in none yet.
-Clusters find_clusters(const Graph& graph, WorkMeter& work) {
-    Clusters result;
-    result.of.assign(graph.size(), -1);
-    std::vector<Index> members;  // cluster after cluster
-    std::vector<Index> begins;
-    for (Index v = 0; v < graph.size(); ++v) {
-        if (result.of[v] >= 0) continue;
-        const auto cluster = static_cast<Index>(begins.size());
-        begins.push_back(static_cast<Index>(members.size()));
-        const auto take = [&](Index u) {
-            if (result.of[u] >= 0) return;
-            result.of[u] = cluster;
-            members.push_back(u);
-        };
-        take(v);
-        std::for_each(graph.begin(v), graph.end(v), take);
+    std::vector<Side> shrunk() {
+        int failed = 0;
+        for (Side to = Side::kRight; failed < 2; to = opposite(to))
+            failed = shrink(to) ? 0 : failed + 1;
+        return std::move(sides_);
     }
-    begins.push_back(graph.size());
-    std::vector<Index> seen_by(begins.size(), -1);
-    for (Index cluster = 0; cluster + 1 < static_cast<Index>(begins.size()); ++cluster) {
-        seen_by[cluster] = cluster;
-        for (Index k = begins[cluster]; k < begins[cluster + 1]; ++k) {
-            work.add(2 * (1 + graph.degree(members[k])));
-            for (const Index* u = graph.begin(members[k]); u != graph.end(members[k]); ++u) {
-                const Index other = result.of[*u];
-                if (std::exchange(seen_by[other], cluster) != cluster) result.graph.neighbours.push_back(other);
+
+  private:
+    static Side opposite(Side side) { return side == Side::kRight ? Side::kLeft : Side::kRight; }
+
+    /// Exchanges some vertices for fewer neighbours on one side, the most that can be saved: what takes part in no
+    /// largest matching (D. Koenig, Graphok es matrixok, Mat. Fiz. Lapok 38, 1931). @return whether it could.
+    bool shrink(Side to) {
+        match(to);
+        std::vector<Index> next;
+        for (const Index v : vertices_) {
+            if (is_reached_[v] == 0) next.push_back(v);
+        }
+        const std::size_t kept = next.size();
+        for (const Index v : vertices_) {
+            for (const Index* u = graph_.begin(v); u != graph_.end(v); ++u) {
+                if (sides_[*u] == to && std::exchange(is_reached_[*u], 0) != 0) next.push_back(*u);
             }
         }
-        result.graph.offsets.push_back(static_cast<std::int64_t>(result.graph.neighbours.size()));
+        const auto left =
+            std::count(sides_.begin(), sides_.end(), to) - static_cast<std::ptrdiff_t>(next.size() - kept);
+        if (next.size() >= vertices_.size() || left < share_of(graph_.size(), kLeastLeft)) return false;
+        for (const Index v : vertices_)
+            sides_[v] = opposite(to);
+        for (const Index v : next)
+            sides_[v] = Side::kBetween;
+        vertices_ = std::move(next);
+        return true;
     }
-    return result;
-}
 
-/// The smallest separator in and around the clusters between the sides.
-/// @return whether enough was left on both sides; else `sides` are of no use.
-bool separate_near(const Clusters& clusters, const std::vector<Side>& cluster_sides, const Graph& graph,
-                   std::vector<Side>& sides, WorkMeter& work, const Execution& execution) {
-    std::vector<char> is_near(cluster_sides.size(), 0);
-    for (Index cluster = 0; cluster < clusters.graph.size(); ++cluster) {
-        if (cluster_sides[cluster] != Side::kBetween) continue;
-        is_near[cluster] = 1;
-        std::for_each(clusters.graph.begin(cluster), clusters.graph.end(cluster),
-                      [&](Index other) { is_near[other] = 1; });
-    }
-    std::vector<Index> near;
-    for (Index v = 0; v < graph.size(); ++v) {
-        sides[v] = cluster_sides[clusters.of[v]];
-        if (is_near[clusters.of[v]] != 0) {
-            sides[v] = Side::kBetween;
-            near.push_back(v);
+    /// Pairs as many as can be with neighbours on one side. Then reached is what a chain of pairs leads to from one
+    /// without a partner.
+    void match(Side to) {
+        partner_.assign(graph_.size(), -1);
+        for (bool found = true; found;) {
+            found = false;
+            is_reached_.assign(graph_.size(), 0);
+            for (const Index v : vertices_) {
+                if (partner_[v] < 0 && find_partner(v, to)) found = true;
+            }
         }
     }
-    for (const Side side : {Side::kLeft, Side::kRight}) {
-        if (std::count(sides.begin(), sides.end(), side) < std::int64_t{graph.size()} * kLeastPercent / 100)
-            return false;
-    }
-    std::array<std::vector<Index>, 2> around;  // left and right of them
-    std::vector<char> is_noted(graph.size(), 0);
-    for (const Index v : near) {
-        work.add(1 + graph.degree(v));
-        for (const Index* u = graph.begin(v); u != graph.end(v); ++u) {
-            if (sides[*u] == Side::kBetween || std::exchange(is_noted[*u], 1) != 0) continue;
-            around[sides[*u] == Side::kLeft ? 0 : 1].push_back(*u);
+
+    /// Breadth first, through what was not reached in this round.
+    bool find_partner(Index vertex, Side to) {
+        queue_.assign(1, vertex);
+        is_reached_[vertex] = 1;
+        for (std::size_t k = 0; k < queue_.size(); ++k) {
+            const Index v = queue_[k];
+            work_.add(1 + graph_.degree(v));
+            for (const Index* u = graph_.begin(v); u != graph_.end(v); ++u) {
+                if (sides_[*u] != to || is_reached_[*u] != 0) continue;
+                is_reached_[*u] = 1;
+                via_[*u] = v;
+                if (partner_[*u] < 0) {
+                    for (Index free = *u; free >= 0;) {
+                        partner_[free] = via_[free];
+                        free = std::exchange(partner_[via_[free]], free);
+                    }
+                    return true;
+                }
+                is_reached_[partner_[*u]] = 1;
+                queue_.push_back(partner_[*u]);
+            }
         }
+        return false;
     }
-    auto [vertices, right] = std::move(around);
-    const auto left_end = static_cast<Index>(vertices.size());
-    vertices.insert(vertices.end(), near.begin(), near.end());
-    const auto right_begin = static_cast<Index>(vertices.size());
-    vertices.insert(vertices.end(), right.begin(), right.end());
-    take_sides(separate(graph, std::move(vertices), left_end, right_begin, work, execution), sides);
-    return true;
-}
+
+    const Graph& graph_;
+    WorkMeter& work_;
+    std::vector<Side> sides_;
+    std::vector<Index> vertices_;
+    std::vector<Index> partner_;    // of each vertex, or -1
+    std::vector<char> is_reached_;  // in this round
+    std::vector<Index> via_;        // from which one of the separator a vertex was reached
+    std::vector<Index> queue_;
+};
 
 }  // namespace
 
-Cut balanced_separator(const Graph& graph, const Execution& execution) {
+std::vector<Side> balanced_separator(const Graph& graph, const Execution& execution) {
     WorkMeter work(execution);
-    const Index size = graph.size();
-    if (size > kSmallGraph) {
-        const Clusters clusters = find_clusters(graph, work);
-        if (clusters.graph.size() < size / 2) {
-            Cut coarse = balanced_separator(clusters.graph, execution);
-            std::vector<Side> cluster_sides = coarse.sides;
-            take_sides(coarse, cluster_sides);
-            Cut cut;
-            cut.sides.resize(size);
-            if (separate_near(clusters, cluster_sides, graph, cut.sides, work, execution)) return cut;
-        }
-    }
-    const auto end_size = static_cast<Index>(std::int64_t{size} * kEndPercent / 100);
-    return separate(graph, from_end_to_end(graph, work), end_size, size - end_size, work, execution);
+    return Separator(graph, best_line(graph, work), work).shrunk();
 }
 
 }  // namespace meanvalue

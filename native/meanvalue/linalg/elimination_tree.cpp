@@ -14,26 +14,63 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
     return place;
 }
 
-/// Row after row: the columns in which a row of the factor has entries are those on the ways up the tree from the
-/// entries of the matrix to the row itself.
-void find_parents_and_counts(const Graph& graph, EliminationTree& tree, const Execution& execution) {
+/// Row after row: the next parent is found at the top of what is known of the tree above each entry of the matrix.
+void find_parents(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
     const Index size = graph.size();
     tree.parents.assign(size, -1);
-    tree.counts.assign(size, 1);
-    std::vector<Index> seen_by(size, -1);
-    WorkMeter work(execution);
+    std::vector<Index> above(size, -1);  // shortcuts up the tree
     for (Index row = 0; row < size; ++row) {
         const Index vertex = tree.vertex[row];
         for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u) {
-            work.add(1);
-            for (Index column = tree.place[*u]; column < row && seen_by[column] != row;
-                 column = tree.parents[column]) {
+            Index column = tree.place[*u];
+            while (column >= 0 && column < row) {
                 work.add(1);
-                seen_by[column] = row;
-                ++tree.counts[column];
-                if (tree.parents[column] < 0) tree.parents[column] = row;
+                const Index next = std::exchange(above[column], row);
+                if (next < 0) tree.parents[column] = row;
+                column = next;
             }
         }
+    }
+}
+
+/// A row has entries in the columns on the ways from its leaves up to itself: one more column for each leaf, one less
+/// where two of the ways meet (J. R. Gilbert, E. G. Ng, B. W. Peyton, An efficient algorithm to compute row and
+/// column counts for sparse Cholesky factorization, SIAM J. Matrix Anal. 15, 1994). @pre in postorder.
+void find_counts(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
+    const Index size = graph.size();
+    tree.counts.assign(size, 0);
+    std::vector<Index> first(size, -1);      // descendant
+    std::vector<Index> last_leaf(size, -1);  // of each row
+    std::vector<Index> above(size);          // shortcuts to the top of what was visited
+    std::iota(above.begin(), above.end(), 0);
+    for (Index column = 0; column < size; ++column) {
+        const Index parent = tree.parents[column];
+        if (first[column] < 0) {
+            first[column] = column;
+            ++tree.counts[column];
+        }
+        if (parent >= 0) {
+            if (first[parent] < 0) first[parent] = first[column];
+            --tree.counts[parent];
+        }
+        const Index vertex = tree.vertex[column];
+        for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u) {
+            const Index row = tree.place[*u];
+            work.add(1);
+            if (row < column || first[column] <= last_leaf[row]) continue;
+            ++tree.counts[column];
+            Index meeting = std::exchange(last_leaf[row], column);
+            if (meeting < 0) continue;
+            while (above[meeting] != meeting) {
+                work.add(1);
+                meeting = std::exchange(above[meeting], above[above[meeting]]);
+            }
+            --tree.counts[meeting];
+        }
+        if (parent >= 0) above[column] = parent;
+    }
+    for (Index column = 0; column < size; ++column) {
+        if (tree.parents[column] >= 0) tree.counts[tree.parents[column]] += tree.counts[column];
     }
 }
 
@@ -82,14 +119,8 @@ std::vector<Value> picked(const std::vector<Value>& values, const std::vector<In
     return result;
 }
 
-}  // namespace
-
-EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution) {
-    EliminationTree tree;
-    tree.vertex = std::move(order);
-    tree.place = inverse(tree.vertex);
-    find_parents_and_counts(graph, tree, execution);
-    const std::vector<Index> places = postorder(tree.parents, tree.counts, execution);
+/// Renumbers the tree.
+void reorder(const std::vector<Index>& places, EliminationTree& tree) {
     const std::vector<Index> new_places = inverse(places);
     tree.vertex = picked(tree.vertex, places);
     tree.place = inverse(tree.vertex);
@@ -97,6 +128,20 @@ EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> ord
     tree.parents = picked(tree.parents, places);
     for (Index& parent : tree.parents)
         parent = parent < 0 ? -1 : new_places[parent];
+}
+
+}  // namespace
+
+EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution) {
+    EliminationTree tree;
+    tree.vertex = std::move(order);
+    tree.place = inverse(tree.vertex);
+    tree.counts.assign(graph.size(), 0);
+    WorkMeter work(execution);
+    find_parents(graph, tree, work);
+    reorder(postorder(tree.parents, tree.counts, execution), tree);
+    find_counts(graph, tree, work);
+    reorder(postorder(tree.parents, tree.counts, execution), tree);
     return tree;
 }
 

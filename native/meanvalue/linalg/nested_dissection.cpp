@@ -7,12 +7,19 @@
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/balanced_separator.h"
+#include "meanvalue/linalg/elimination_tree.h"
 
 namespace meanvalue {
 namespace {
 
 // Vertices of a part that is ordered by minimum degree: more save time and cost fill.
-constexpr Index kSmallPart = 600;
+constexpr Index kSmallPart = 150;
+// A connected graph of at most so many is ordered by minimum degree first, which takes a fifth of the time and cannot
+// be canceled.
+constexpr Index kMostAtOnce = 100000;
+// It stays so where a column of the factor has no more entries than this: of long and thin shapes. On compact ones
+// dissection leaves a quarter less, and frames take less time (docs/decisions/0032-cuts-of-large-meshes.md).
+constexpr std::int64_t kThinFactor = 100;
 
 /// A connected part of the graph, and the places in the order that it is to fill.
 struct Part {
@@ -58,45 +65,31 @@ std::vector<Part> split(const Part& whole, const std::vector<Side>& sides, std::
     return parts;
 }
 
-/// By minimum degree. The separators around the part count as neighbours of each other, which come later.
-/// @param local n numbers, -1; as they were at the end.
-void order_small_part(const Part& part, const Graph& whole, std::vector<Index>& local, std::vector<Index>& order) {
-    const Index inner = part.graph.size();
-    std::vector<Index> vertices = part.vertices;  // then those around it
-    for (Index k = 0; k < inner; ++k)
-        local[vertices[k]] = k;
-    std::vector<Index> rows;  // of the lower triangle, column after column
-    std::vector<Index> begins = {0};
-    for (Index k = 0; k < inner; ++k) {
-        rows.push_back(k);
-        for (const Index* u = whole.begin(part.vertices[k]); u != whole.end(part.vertices[k]); ++u) {
-            if (local[*u] < 0) {
-                local[*u] = static_cast<Index>(vertices.size());
-                vertices.push_back(*u);
-            }
-            if (local[*u] > k) rows.push_back(local[*u]);
-        }
-        begins.push_back(static_cast<Index>(rows.size()));
+std::vector<Index> by_minimum_degree(const Graph& graph) {
+    Eigen::SparseMatrix<char, Eigen::ColMajor, Index> matrix(graph.size(), graph.size());
+    matrix.resizeNonZeros(static_cast<Eigen::Index>(graph.neighbours.size()) + graph.size());
+    Index* row = matrix.innerIndexPtr();
+    for (Index v = 0; v < graph.size(); ++v) {
+        *row++ = v;
+        row = std::copy(graph.begin(v), graph.end(v), row);
+        matrix.outerIndexPtr()[v + 1] = static_cast<Index>(row - matrix.innerIndexPtr());
     }
-    const auto size = static_cast<Index>(vertices.size());
-    for (Index k = inner; k < size; ++k) {
-        for (Index row = k; row < size; ++row)
-            rows.push_back(row);
-        begins.push_back(static_cast<Index>(rows.size()));
-    }
-    Eigen::SparseMatrix<char, Eigen::ColMajor, Index> lower(size, size);
-    lower.resizeNonZeros(begins.back());
-    std::copy(begins.begin(), begins.end(), lower.outerIndexPtr());
-    std::copy(rows.begin(), rows.end(), lower.innerIndexPtr());
-    std::fill_n(lower.valuePtr(), begins.back(), 1);
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> found;
-    Eigen::AMDOrdering<Index>()(lower.selfadjointView<Eigen::Lower>(), found);
-    Index place = part.place;
-    for (const Index k : found.indices()) {
-        if (k < inner) order[place++] = vertices[k];
+    Eigen::internal::minimum_degree_ordering(matrix, found);
+    return {found.indices().begin(), found.indices().end()};
+}
+
+/// Whether a part is to be ordered so; writes its order then.
+bool order_at_once(const Part& part, bool is_whole, std::vector<Index>& order, const Execution& execution) {
+    const Index size = part.graph.size();
+    if (size > (is_whole ? kMostAtOnce : kSmallPart)) return false;
+    const std::vector<Index> found = by_minimum_degree(part.graph);
+    if (size > kSmallPart) {
+        const std::vector<Index> counts = find_elimination_tree(part.graph, found, execution).counts;
+        if (std::accumulate(counts.begin(), counts.end(), std::int64_t{0}) > kThinFactor * size) return false;
     }
-    for (const Index v : vertices)
-        local[v] = -1;
+    std::transform(found.begin(), found.end(), order.begin() + part.place, [&](Index k) { return part.vertices[k]; });
+    return true;
 }
 
 }  // namespace
@@ -110,24 +103,13 @@ std::vector<Index> nested_dissection(const Graph& graph, int threads, const Exec
         std::iota(whole.vertices.begin(), whole.vertices.end(), 0);
         parts = split(whole, std::vector<Side>(graph.size(), Side::kLeft), order, work);
     }
-    std::vector<std::vector<Index>> local(threads);  // one a worker
-    while (!parts.empty()) {
+    for (bool is_whole = true; !parts.empty(); is_whole = false) {
         std::vector<std::vector<Part>> smaller(parts.size());
-        parallel_items(parts.size(), threads, execution, [&](int worker, std::size_t k) {
-            Part part = std::move(parts[k]);
-            if (part.graph.size() <= kSmallPart) {
-                local[worker].resize(graph.size(), -1);
-                order_small_part(part, graph, local[worker], order);
-                return;
-            }
+        parallel_items(parts.size(), threads, execution, [&](int, std::size_t k) {
+            const Part part = std::move(parts[k]);
+            if (order_at_once(part, is_whole, order, execution)) return;
             WorkMeter own_work(execution);
-            Cut cut = balanced_separator(part.graph, execution);
-            if (!cut.vertices.empty()) {
-                for (Index& v : cut.vertices)
-                    v = part.vertices[v];
-                part = {std::move(cut.graph), std::move(cut.vertices), part.place};
-            }
-            smaller[k] = split(part, cut.sides, order, own_work);
+            smaller[k] = split(part, balanced_separator(part.graph, execution), order, own_work);
         });
         parts.clear();
         for (std::vector<Part>& of_one : smaller)

@@ -8,10 +8,10 @@
 
 namespace meanvalue {
 
-/// Nested dissection: a separator last, before it what it separates, each part in the same way (A. George, Nested
-/// dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973); small parts by minimum degree (P. R.
-/// Amestoy, T. A. Davis, I. S. Duff, An approximate minimum degree ordering algorithm, SIAM J. Matrix Anal. 17,
-/// 1996).
+/// Each connected part by minimum degree (P. R. Amestoy, T. A. Davis, I. S. Duff, An approximate minimum degree
+/// ordering algorithm, SIAM J. Matrix Anal. 17, 1996) where little is filled so; else by nested dissection: a
+/// separator last, before it what it separates, each in the same way (A. George, Nested dissection of a regular
+/// finite element mesh, SIAM J. Numer. Anal. 10, 1973), small parts by minimum degree.
 /// @param threads as given by thread_count(); the order is the same for any.
 /// @return the vertex that is k-th. @throws Cancelled.
 std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution);

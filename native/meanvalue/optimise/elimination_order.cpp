@@ -30,7 +30,6 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
     std::vector<Index> seen_by(count, -1);
     WorkMeter work(execution);
     for (Index v = 0; v < count; ++v) {
-        const auto first = static_cast<std::ptrdiff_t>(graph.neighbours.size());
         seen_by[v] = v;
         const auto note = [&](Index u) {
             if (seen_by[u] == v) return;
@@ -45,7 +44,6 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
         note_row(v);
         for (const Index row : uses.of(v))
             note_row(row);
-        std::sort(graph.neighbours.begin() + first, graph.neighbours.end());
         graph.offsets.push_back(static_cast<std::int64_t>(graph.neighbours.size()));
     }
     return graph;
