@@ -47,7 +47,7 @@ def members(obj, names):
 def weights(obj, names):
     """{name: n float64, 0 to 1} of the groups that exist."""
     found = read(obj, names)
-    return {name: np.bincount(*found[name], len(obj.data.vertices)) for name in found}
+    return {name: np.bincount(*found[name], len(obj.data.vertices)).astype(np.float64) for name in found}
 
 
 def require(obj, name, role, remedy):

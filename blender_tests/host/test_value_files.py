@@ -48,6 +48,7 @@ def test_a_recorder_s_csv_with_timecodes():
         ("Timecode,a\n23:59:59:29,0\n00:00:00:00,1\n", [0, 1], 30.0),
         ("Timecode,a\n00:00:01.5,0\n00:00:02,1\n", [0, 12], 24.0),
         ("Timecode,a\n00:00:59;29,0\n00:01:00;02,1\n00:10:00;00,1\n", [0, 1, 16183], 30.0 / 1.001),
+        ("# recorded\n# time,a\n0,0\n0.5,1\n", [0, 500], 1000.0),
         ("sep=|\n# a comment, and more\n\nt|a\n0|0\n0.5|1\n", [0, 500], 1000.0),
     ],
 )

@@ -100,6 +100,9 @@ def test_again_it_writes_the_same_key_whatever_that_is_called_unless_it_was_edit
     assert {key.name: key.value for key in keys[1:]} == {"Mine": 0.0, "Egg": 0.0, "Egg.001": 1.0}
     np.testing.assert_array_equal(key_points(keys["Mine"]), edited)
     np.testing.assert_array_equal(key_points(keys["Egg.001"]), first)
+    keys["Egg.001"].slider_min, obj.meanvalue.wrap.made = 0.0, "Gone"  # as in older files, where it was renamed
+    bpy.ops.meanvalue.wrap()
+    assert "Egg.002" in obj.data.shape_keys.key_blocks
 
 
 @pytest.mark.slow

@@ -22,8 +22,9 @@ def _problem(obj):
         return f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
     if obj.meanvalue.baked.target:
         return shape_keys.BAKE_PLAYS
+    ours = {handle.control for handle in obj.meanvalue.handles}
     for other in _with_the_pose(obj):
-        if any(_is_own(other, handle) for handle in other.meanvalue.handles):
+        if any(_is_own(other, handle, ours) for handle in other.meanvalue.handles):
             return f"'{other.name}' poses the same mesh by its own handles. Remove those, or make it a single user"
     return None
 
@@ -33,9 +34,10 @@ def _with_the_pose(obj):
     return [each for each in shape_keys.sharing(obj) if each.meanvalue.result_key == obj.meanvalue.result_key]
 
 
-def _is_own(obj, handle):
-    """Whether a handle has a control that a linked duplicate has not merely taken over."""
-    return handle.control is not None and (not handle.made_control or controls.owner_of(handle.control) == obj)
+def _is_own(obj, handle, taken):
+    """Whether a handle has a control that a linked duplicate has not merely taken over. taken: those of the other."""
+    is_chosen = not handle.made_control and handle.control not in taken
+    return handle.control is not None and (is_chosen or controls.owner_of(handle.control) == obj)
 
 
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):

@@ -48,7 +48,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     )
     size: bpy.props.FloatProperty(
         name="Size",
-        description="How far the surroundings follow, as a share of the mesh's size. By default the limb under it",
+        description="How far the surroundings follow, as a share of the mesh's size. By default that of the limb there",
         default=tool_choice.FIRST_SIZE,
         min=LEAST_SIZE,
         soft_max=1.0,

@@ -37,15 +37,21 @@ def read(path, rate_hz=None):
 def parse_csv(data, file, rate_hz=None):
     """Of bytes: a header with names, and rows. As read()."""
     lines = Lines(data, file)
-    header, told = lines.next_filled(), None
+    header, told, comment = lines.next_filled(), None, None
     while header is not None and (before := re.match(r'"?sep=(.)|#', header, re.IGNORECASE)):
-        header, told = lines.next_filled(), before[1] or told
+        comment, told = header.lstrip("# ") if header.startswith("#") else comment, before[1] or told
+        header = lines.next_filled()
     if header is None:
         lines.fail("the file is empty", WANTED_CSV, number=1)
     delimiter, numbers, records = told or max(",;\t", key=header.count), [], []
     head = [cell.strip() for cell in _cells(lines, lines.number, header, delimiter)]
-    if 2 * sum(number_in(name) is not None for name in head) > len(head):
-        lines.fail("it has no names of shapes", WANTED_CSV)
+    first = head if 2 * sum(number_in(name) is not None for name in head) > len(head) else None
+    if first is not None:  # the names are in the last comment, or nowhere
+        head = [cell.strip() for cell in _cells(lines, lines.number, comment or "", delimiter)]
+        if len(head) != len(first):
+            lines.fail("it has no names of shapes", WANTED_CSV)
+        records.append(_plain(dict(zip(head, first, strict=True))))
+        numbers.append(lines.number)
     twice = next((name for place, name in enumerate(head) if name and name in head[:place]), None)
     if twice is not None:
         lines.fail(f"two columns are called {quoted(twice)}")

@@ -117,7 +117,8 @@ def _last(obj):
     key = key_marks.only(keys, Role.WRAP)
     if key is None and keys is not None and obj.meanvalue.wrap.made:  # of before such keys had marks
         key = keys.key_blocks.get(obj.meanvalue.wrap.made)
-        return key if key != keys.reference_key and key_marks.role(key) is None else None
+        is_of_wrap = key is not None and key != keys.reference_key and key_marks.role(key) is None
+        return key if is_of_wrap else None
     if key is None or shape_keys.is_as_written(key, Role.WRAP, mark):
         return key
     key.slider_min, key.value = 0.0, 0.0
