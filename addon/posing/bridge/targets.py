@@ -154,7 +154,7 @@ def _require_depth(obj, bind_input, space, is_moved):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             count = f"{wording.vertices(flat)} of handle '{handle.name}'"
-            raise SceneError(f"{rig_space.named(obj)} squeezes {count} flat. Give the bones there a size, or turn the handle off")
+            raise SceneError(f"{rig_space.named(obj)} squeezes {count} flat. Scale the bones there, or turn it off")
 
 
 def _weights(obj, bind_input):

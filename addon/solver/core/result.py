@@ -41,7 +41,7 @@ def torn_notes(bind_input, targets):
     missed = np.abs(bind_input.solver_mesh.met(targets) - targets).max(axis=1, initial=0.0)
     kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
     if kept_back:
-        yield f"Mirroring, or another handle in one place, keeps {wording.vertices(kept_back)} from the handle. Turn one off"
+        yield f"Mirroring, or another handle in one place, keeps {wording.vertices(kept_back)} away. Turn one off"
 
 
 def unheld_notes(report, places):
