@@ -88,7 +88,7 @@ def test_again_it_writes_the_same_key_whatever_that_is_called_unless_it_was_edit
     key = obj.data.shape_keys.key_blocks["Egg"]
     first = key_points(key)
     key.name = "Mine"
-    obj.shape_key_add(name="Egg")  # the artist's, which only bears the former name
+    obj.shape_key_add(name="Egg").value = 0.0  # the artist's, which only bears the former name
     bpy.ops.meanvalue.wrap()
     keys = obj.data.shape_keys.key_blocks
     assert {key.name: key.value for key in keys[1:]} == {"Mine": 1.0, "Egg": 0.0}

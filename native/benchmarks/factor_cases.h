@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "meanvalue/common/types.h"
 #include "meanvalue/linalg/sparse_matrix.h"
 
 namespace meanvalue::benchmarks {

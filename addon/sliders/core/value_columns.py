@@ -105,9 +105,9 @@ def _clock(name, cells, rate_hz, refuse):
         (times, rate_hz), words = _of_timecodes(cells, rate_hz, refuse), "timecodes"
     else:
         times = _numbers(cells, LARGEST_TIME, "no time", refuse) if CLOCK.search(label) else None
-        if times is None:
+        words = _counts(label, np.median(_rises(times) or [1.0])) if times is not None else ""
+        if not words:
             return None
-        words = _counts(label, np.median(_rises(times) or [1.0]))
         if words in UNITS_MS:
             times, rate_hz = (times - np.nanmin(times)) * UNITS_MS[words], 1000.0
     is_clock = len(_rises(times)) >= RISES_PER_FALL * len(_rises(-times))
