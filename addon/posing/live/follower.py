@@ -62,8 +62,8 @@ class Follower(Following):
     @staticmethod
     def is_animated(obj):
         rigs = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'}  # renders follow these
-        controls_of = {handle.control for handle in targets.moved_handles(obj)}
-        return any(actions.is_animated(control) for control in controls_of - rigs)
+        moving = {handle.control for handle in targets.moved_handles(obj)}
+        return any(actions.is_animated(control) for control in moving - rigs)
 
     def is_settled(self, obj):
         return super().is_settled(obj) and (self.problem is not None or self._drafted() is None)

@@ -22,10 +22,12 @@ def edge_ends(face_corners, face_starts):
 def is_a_border(seam, face_corners, face_starts):
     """Whether the mesh ends at the vertices of n bool `seam`: a half does. One that goes on beyond the plane, or does
     not reach it, has nothing to be joined to there."""
+    if not seam.any():
+        return False
     inside = np.count_nonzero(seam[face_corners] & seam[edge_ends(face_corners, face_starts)])
     borders = native_loader.module().border_edges(len(seam), face_corners, face_starts)
     # At least half of the edges: one that is no border is there twice. Or single vertices touch the plane.
-    return bool(seam.any() and 3 * np.count_nonzero(seam[borders].all(axis=1)) >= inside)
+    return bool(3 * np.count_nonzero(seam[borders].all(axis=1)) >= inside)
 
 
 def needed(planes, twins, roi, anchors):

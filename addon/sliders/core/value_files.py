@@ -37,21 +37,9 @@ def read(path, rate_hz=None):
 def parse_csv(data, file, rate_hz=None):
     """Of bytes: a header with names, and rows. As read()."""
     lines = Lines(data, file)
-    header, told, comment = lines.next_filled(), None, None
-    while header is not None and (before := re.match(r'"?sep=(.)|#', header, re.IGNORECASE)):
-        comment, told = header.lstrip("# ") if header.startswith("#") else comment, before[1] or told
-        header = lines.next_filled()
-    if header is None:
-        lines.fail("the file is empty", WANTED_CSV, number=1)
-    delimiter, numbers, records = told or max(",;\t", key=header.count), [], []
-    head = [cell.strip() for cell in _cells(lines, lines.number, header, delimiter)]
-    first = head if 2 * sum(number_in(name) is not None for name in head) > len(head) else None
-    if first is not None:  # the names are in the last comment, or nowhere
-        head = [cell.strip() for cell in _cells(lines, lines.number, comment or "", delimiter)]
-        if len(head) != len(first):
-            lines.fail("it has no names of shapes", WANTED_CSV)
-        records.append(_plain(dict(zip(head, first, strict=True))))
-        numbers.append(lines.number)
+    head, first, delimiter = _header(lines)
+    records = [_plain(dict(zip(head, first, strict=True)))] if first else []
+    numbers = [lines.number] if first else []
     twice = next((name for place, name in enumerate(head) if name and name in head[:place]), None)
     if twice is not None:
         lines.fail(f"two columns are called {quoted(twice)}")
@@ -97,6 +85,24 @@ def parse_json(data, file, rate_hz=None):
 
 PARSERS = {".csv": parse_csv, ".tsv": parse_csv, ".json": parse_json, ".jsonl": parse_json, ".ndjson": parse_json}
 SUFFIXES = tuple(PARSERS)
+
+
+def _header(lines):
+    """(names, the first row if it was read to find these, else None, what separates cells)."""
+    line, told, comment = lines.next_filled(), None, ""
+    while line is not None and (before := re.match(r'"?sep=(.)|#', line, re.IGNORECASE)):
+        comment, told = line.lstrip("# ") if line.startswith("#") else comment, before[1] or told
+        line = lines.next_filled()
+    if line is None:
+        lines.fail("the file is empty", WANTED_CSV, number=1)
+    delimiter = told or max(",;\t", key=line.count)
+    head = [cell.strip() for cell in _cells(lines, lines.number, line, delimiter)]
+    if 2 * sum(number_in(name) is not None for name in head) <= len(head):
+        return head, None, delimiter
+    names = [cell.strip() for cell in _cells(lines, lines.number, comment, delimiter)]
+    if len(names) != len(head):  # numbers already, and the last comment does not name them
+        lines.fail("it has no names of shapes", WANTED_CSV)
+    return names, head, delimiter
 
 
 def _cells(lines, line_number, line, delimiter):
