@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a mesh is under the mouse, for operators that have the artist click at it."""
 
+import math
 from dataclasses import dataclass, field
 
 import bpy
@@ -9,10 +10,6 @@ from bpy_extras import view3d_utils
 from mathutils import Matrix, Vector
 
 from ..scene import kept, mirrors, rig_space, shown_shape, views
-
-#: A ray goes on behind what is not to be seen, this share of its way farther, and through so many such objects.
-BEHIND = 1e-5
-MOST_HIDDEN = 100
 
 #: Modifiers that show the mesh several times, or something else altogether.
 COPYING = {'MIRROR', 'ARRAY', 'SCREW', 'PARTICLE_INSTANCE', 'NODES'}
@@ -58,17 +55,16 @@ def view_of(context):
 
 def place_under(obj, region, view, mouse):
     """Where the surface, as it is shown, is under the mouse, (3,) in the object's own space; or None."""
-    origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
-    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
-    to_object = obj.matrix_world.inverted_safe()
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    is_hit, place, _normal, _face = evaluated.ray_cast(to_object @ origin, to_object.to_3x3() @ direction)
-    return np.array(place, np.float32) if is_hit else None
+    return _hit(evaluated, obj.matrix_world, _ray(region, view, mouse))[1]
 
 
-def press(obj, region, view, mouse):
-    """The Pressed of the surface of `obj` or of an image of it, under the mouse; None on copies and beside it."""
-    place = place_under(obj, region, view, mouse)
+def press(obj, region, view, mouse, place=None):
+    """The Pressed of the surface of `obj` or of an image of it, under the mouse; None on copies and beside it.
+
+    place: of place_under(), if at hand
+    """
+    place = place_under(obj, region, view, mouse) if place is None else place
     found = None if place is None else vertex_or_image(obj, place)
     if found is None:
         return None
@@ -79,19 +75,34 @@ def press(obj, region, view, mouse):
 
 
 def first_object(context, region, view, mouse):
-    """The object whose surface is to be seen under the mouse, and can be selected; or None."""
+    """(the object whose surface is to be seen under the mouse, and can be selected; the place there, as place_under()
+    has it, None on an instance), or (None, None)."""
+    least, found, ray = math.inf, (None, None), _ray(region, view, mouse)
+    for instance in context.evaluated_depsgraph_get().object_instances:
+        obj = instance.object  # gone at the next one; text and curves have an instance that is a mesh
+        way, place = _hit(obj, instance.matrix_world, ray) if obj.type == 'MESH' else (math.inf, None)
+        if way < least and views.is_pressable(obj.original, context):
+            least, found = way, (obj.original, None if instance.is_instance else place)
+    return found
+
+
+def _ray(region, view, mouse):
     origin = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
-    direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
-    depsgraph = context.evaluated_depsgraph_get()
-    for _ in range(MOST_HIDDEN):
-        is_hit, place, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, origin, direction)
-        if not is_hit:
-            return None
-        obj = obj.original
-        if views.is_pressable(obj, context):
-            return obj
-        origin = place + BEHIND * max(1.0, (place - origin).length) * direction
-    return None
+    return origin, view3d_utils.region_2d_to_vector_3d(region, view, mouse)
+
+
+def _hit(evaluated, to_world, ray):
+    """(way as of shown_shape.hit(), place there, (3,) in its own space) of an evaluated mesh object and a ray in the
+    world, or (infinite, None)."""
+    to_object = to_world.inverted_safe()
+    origin, direction = to_object @ ray[0], to_object.to_3x3() @ ray[1]
+    box = zip(evaluated.bound_box[0], evaluated.bound_box[6], origin, direction, strict=True)
+    ways = [sorted(((low - at) / (step or 1e-30), (high - at) / (step or 1e-30))) for low, high, at, step in box]
+    if max(way for way, _ in ways) > min(way for _, way in ways):
+        return math.inf, None
+    origin, direction = np.array(origin, np.float64), np.array(direction, np.float64)
+    way = shown_shape.hit(evaluated, origin, direction)
+    return way, np.array(origin + way * direction, np.float32) if way < math.inf else None
 
 
 def vertex_or_image(obj, place):
@@ -126,9 +137,5 @@ def _is_near_a_face(positions, corners, starts, distances):
 
 
 def _is_in(region, event):
-    return (
-        region.width > 1
-        and region.height > 1
-        and 0 <= event.mouse_x - region.x < region.width
-        and 0 <= event.mouse_y - region.y < region.height
-    )
+    x, y = event.mouse_x - region.x, event.mouse_y - region.y
+    return min(region.width, region.height) > 1 and 0 <= x < region.width and 0 <= y < region.height

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which vertex a press on the surface takes."""
 
+import time
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 from support import handles, meshes
 
 COLUMNS = 31
@@ -70,3 +74,32 @@ def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
     assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 5.0, 7.0)) is not None
+
+
+def test_the_first_surface_is_the_one_that_blender_finds_and_sooner(part, monkeypatch):
+    pressed, add, down = part("widgets.under_mouse"), bpy.ops.mesh, Vector((0.1, 0.05, -1.0))
+    monkeypatch.setattr(pressed.views, "is_pressable", lambda obj, context: True)
+    ball, text = bpy.ops.surface.primitive_nurbs_surface_sphere_add, bpy.ops.object.text_add
+    for number, make in enumerate((add.primitive_monkey_add, text, add.primitive_cylinder_add, ball)):
+        make(location=(2.0 * number, 0.0, number), rotation=(0.4 * number, 0.3, 0.0))
+        bpy.context.object.scale = -1.0, 1.5, 0.7
+        copy = meshes.new_object("Copy")
+        copy.instance_type, copy.instance_collection = 'COLLECTION', bpy.data.collections.new("Copied")
+        copy.instance_collection.objects.link(bpy.context.object)
+        copy.location = 1.0, 2.0, 0.5
+    add.primitive_ico_sphere_add(subdivisions=8, location=(0.0, 0.0, -4.0))
+    depsgraph, seconds, found = bpy.context.evaluated_depsgraph_get(), [], set()
+    monkeypatch.setattr(pressed, "view3d_utils", SimpleNamespace(region_2d_to_vector_3d=lambda *_: down))
+    for at in map(Vector, np.random.default_rng(0).uniform((-2.0, -2.0, 9.0), (8.0, 4.0, 9.0), (150, 3)).tolist()):
+        pressed.view3d_utils.region_2d_to_origin_3d = lambda *_, at=at: at
+        times = [time.process_time()]
+        obj = pressed.first_object(bpy.context, None, None, None)[0]
+        times.append(time.process_time())
+        expected = bpy.context.scene.ray_cast(depsgraph, at, down)[4]
+        times.append(time.process_time())
+        seconds.append(np.diff(times))
+        assert obj == (expected and expected.original)
+        found.add(obj)
+    assert len(found) == 6
+    own, blenders = np.max(seconds, axis=0)
+    assert own < 0.5 * blenders

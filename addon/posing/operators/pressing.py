@@ -39,13 +39,13 @@ def find_pressed(context, mouse):
     at_control = _control_under(context, active, *seen) if is_usable else None
     if at_control is not None:
         return active, at_control, ""
-    obj = under_mouse.first_object(context, *seen)
+    obj, place = under_mouse.first_object(context, *seen)
     if obj is None:
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
-    pressed = under_mouse.press(obj, *seen)
+    pressed = under_mouse.press(obj, *seen, place)
     if pressed is None:
         raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
     is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
