@@ -131,5 +131,11 @@ def test_lists_and_other_number_types_mean_the_same(call, argument):
         assert np.array_equal(numbers(called(call, argument, values)), expected)
 
 
+@pytest.mark.parametrize(("given", "how"), [(ENDS[:, None], "ravel"), (np.ones(len(VERTICES), bool), "flatnonzero")])
+def test_columns_and_flags_for_anchors_are_told_what_makes_numbers_of_them(given, how):
+    with pytest.raises(meanvalue.InvalidInput, match=rf"^anchors has the .*by numpy\.{how}\(\)"):
+        meanvalue.Deformer(VERTICES, TRIANGLES, given)
+
+
 def test_an_empty_list_is_no_anchors():
     assert meanvalue.Deformer(VERTICES, TRIANGLES, []).report.anchor_count == 0

@@ -41,7 +41,8 @@ py::array as_array(const py::object& values, const char* name, const char* wante
 /// Whole numbers, or nothing at all: numpy makes an empty list one of float64. @param of what they number.
 IndexArray as_integers(const py::array& array, const char* name, const char* of) {
     if (!is_of_kind(array, "iu") && !(array.size() == 0 && is_of_kind(array, "f"))) {
-        throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)"));
+        throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)",
+                                   is_of_kind(array, "b") ? ", of flags by numpy.flatnonzero()" : ""));
     }
     const auto refuse = [&](auto number) {
         throw InvalidInput(message(name, " holds ", number, ", which no number of a ", of, " can be"));
@@ -142,8 +143,9 @@ Triangles triangles_of(const py::object& faces, const Positions& vertices) {
 
 std::vector<Index> as_indices(const py::object& values, const char* name, const char* of) {
     const py::array array = as_array(values, name, "(k,) of int32");
-    if (array.ndim() != 1) {
-        throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)"));
+    if (array.ndim() != 1) {  // a column is what libigl's scripts make
+        throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)",
+                                   array.ndim() == 2 && array.shape(1) == 1 ? ", by numpy.ravel()" : ""));
     }
     const IndexArray integers = as_integers(array, name, of);
     return {integers.data(), integers.data() + integers.size()};

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MPL-2.0
-// From libigl or CGAL
+// From libigl, CGAL or Open3D
 //
-// Code for as-rigid-as-possible deformation keeps its matrices `V`, `F`, `b` and `bc`; nothing is converted.
+// Code for as-rigid-as-possible deformation keeps its `V`, `F`, `b` and `bc`, of `double` and `int` in any layout.
+// Shapes are near those of ARAP, not the same. Surfaces only; no dynamics, and no `dim` but 3.
 //
 // | libigl | CGAL | here |
 // |---|---|---|
 // | `arap_precomputation(V, F, 3, b, data)` | `preprocess()` | `Deformer deformer(Binding(V, F, b))` |
-// | `arap_solve(bc, data, U)` from the last `U` | `deform()` | `Drag drag(deformer)`, `drag.solve(bc)` |
-// | the same from `U = V` | `reset()`, `deform()` | `deformer.solve(bc)` |
-// | `data.max_iter` | `set_iterations()` | none: to convergence, see `SolveOptions::tolerance` |
-// | another `b` | other control vertices | `binding_again()`: two thirds of a bind |
-// | a smaller `F` | `insert_roi_vertices()` | `Binding::roi`: n flags |
-// | `bc` turned as a whole | `rotate()` | `Binding::handles`: one number for its vertices |
+// | `arap_solve(bc, data, U)` from the last `U` | `deform()` | `Drag drag(deformer)`, `drag.solve(bc).vertices` |
+// | the same from `U = V` | `reset()`, `deform()` | `deformer.solve(bc).vertices` |
+// | `data.max_iter` | `set_iterations()` | to convergence; `max_iterations` in `solve(bc, SolveOptions)` |
+// | another `b` | other control vertices | `deformer.binding_again()` with other `anchors`: two thirds of a bind |
+// | a smaller `F` | `insert_roi_vertices()` | `Binding::roi`: n flags, 1 may move |
+// | `bc` turned as a whole | `rotate()` | turn its rows; `Binding::handles` tells which anchors are one piece |
 // | none | none | `Binding::strengths`: springs instead of hard constraints |
 //
 // Constrained vertices are at `bc` exactly. `Binding::rigidity` says how much lengths count; at 0 only shape does.

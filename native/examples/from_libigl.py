@@ -1,4 +1,15 @@
 # SPDX-License-Identifier: MPL-2.0
+# | libigl | Open3D | here |
+# |---|---|---|
+# | `arap = igl.ARAP(V, F, 3, b)`, `igl.arap_precomputation()` | | `deformer = Deformer(V, F, b)` |
+# | `arap.solve(bc, U)`, `igl.arap_solve()` | | `drag.solve(bc).vertices`, with `drag = deformer.drag()` |
+# | the same from `U = V` | | `deformer.solve(bc).vertices` |
+# | all at once | `mesh.deform_as_rigid_as_possible(b, bc, 50)` | `deform(V, F, b, bc).vertices` |
+# | another `b` | | `deformer.rebind(b)` |
+#
+# `b` has one dimension: of a column give `b.ravel()`, of flags `np.flatnonzero(flags)`. For Open3D, `V` is
+# `np.asarray(mesh.vertices)` and `F` is `np.asarray(mesh.triangles)`.
+
 import meanvalue
 from bar import CORNERS, both_ends, make_bar
 

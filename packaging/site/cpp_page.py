@@ -29,11 +29,32 @@ HEAD = """# C++ library
 
 <!-- Written by `./dev docs reference` from the headers; a test compares. Do not edit. -->
 
-`cmake --install build/native --prefix DIR` installs it, `find_package(meanvalue)` finds it, with the target
-`meanvalue::meanvalue`; or it becomes a part of your project, by `add_subdirectory` or `FetchContent`. With
-`BUILD_SHARED_LIBS` it is a shared library. The [jobs](jobs/one_pose.md) show it at work. `meanvalue/meanvalue.h`
-includes all of it: `Deformer`, `deform()`, `solve_sequence()`, `Morpher`, `SliderFit`, `Execution` and the exceptions,
-and what stands in their signatures. All is in the namespace `meanvalue`. Private members are left out here.
+The [jobs](jobs/one_pose.md) show it at work, and one page is for who comes
+[from libigl, CGAL or Open3D](jobs/from_libigl.md). `meanvalue/meanvalue.h` includes all of it: `Deformer`, `deform()`,
+`solve_sequence()`, `Morpher`, `SliderFit`, `Execution` and the exceptions, and what stands in their signatures. All is
+in the namespace `meanvalue`. Private members are left out here.
+
+## Build and install
+
+In the repository, on Debian 12 after `apt-get install cmake g++ libeigen3-dev libopenmesh-dev`:
+
+```sh
+cmake -S . -B build/library -DMEANVALUE_BUILD_TESTS=OFF -DMEANVALUE_BUILD_PYTHON=OFF
+cmake --build build/library -j 4
+cmake --install build/library --prefix DIR
+```
+
+The build takes four minutes of one processor. In your project, with `cmake -DCMAKE_PREFIX_PATH=DIR`:
+
+```cmake
+find_package(meanvalue REQUIRED)
+target_link_libraries(your_program PRIVATE meanvalue::meanvalue)
+```
+
+Without installing, the library becomes a part of your project: `add_subdirectory(FOLDER meanvalue EXCLUDE_FROM_ALL)` of
+a copy of the repository, or `FetchContent`, in place of `find_package`. Tests and Python are off there. CMake must be
+3.25 or later, the compiler GCC 9 or Clang 10 or later, in C++17. With `BUILD_SHARED_LIBS` the library is a shared one;
+`MEANVALUE_OPENMESH_SOURCE` names OpenMesh's sources, for where it is not installed.
 """
 
 

@@ -3,7 +3,8 @@
 
     PYTHONPATH=build/python python3 packaging/site/jobs_page.py FOLDER     writes the pages and their pictures
 
-Text is what an example in C++ begins with; a picture shows the meshes that the one in Python leaves in `U` or `half`.
+Text is what an example begins with, that of C++ above both, that of Python above its own; a picture shows the meshes
+that the one in Python leaves in `U` or `half`.
 """
 
 import pathlib
@@ -27,9 +28,11 @@ PAGE = """# {title}
 ## C++
 
 ```cmake
-find_package(meanvalue REQUIRED) # installed; or FetchContent, add_subdirectory
+find_package(meanvalue REQUIRED) # or add_subdirectory(FOLDER meanvalue EXCLUDE_FROM_ALL)
 target_link_libraries(your_program PRIVATE meanvalue::meanvalue)
 ```
+
+How to build and install it: [four commands](../cpp.md#build-and-install).
 
 ```cpp
 {cpp}
@@ -37,12 +40,14 @@ target_link_libraries(your_program PRIVATE meanvalue::meanvalue)
 
 ## Python
 
-```python
+`pip install .` in the repository, [with what it needs](../../installing.md#the-python-module).
+
+{notes}```python
 {python}
 ```
 
-The tests run both, in `native/examples/{name}.cpp` and `.py`; `bar` makes the mesh. Reference: [C++](../cpp.md),
-[Python](../python.md).
+The tests run both, in `native/examples/{name}.cpp` and `.py`; `bar.h` and `bar.py` beside them make the mesh.
+Reference: [C++](../cpp.md), [Python](../python.md).
 """
 
 
@@ -54,8 +59,14 @@ def pages():
         head = re.match(r"(//.*\n)+", source)[0]
         title, _, text = re.sub(r"(?m)^// ?", "", head).partition("\n")[2].strip().partition("\n")
         python = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8").partition("\n")[2]
+        notes = re.match(r"(#.*\n)*", python)[0]
         found[name] = PAGE.format(
-            title=title, text=text.strip(), name=name, cpp=source[len(head) :].strip(), python=python.strip()
+            title=title,
+            text=text.strip(),
+            name=name,
+            cpp=source[len(head) :].strip(),
+            notes=re.sub(r"(?m)^# ?", "", notes) + "\n" * bool(notes),
+            python=python[len(notes) :].strip(),
         )
     return found
 
