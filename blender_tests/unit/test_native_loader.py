@@ -36,6 +36,7 @@ def test_the_module_that_was_installed_is_taken(part):
     loader = part("solver.native_loader")
     assert loader.module().__name__ == ("meanvalue" if installed.IS_EXTENSION else f"{installed.PACKAGE}.lib.meanvalue")
     assert loader.problem() is None
+    assert not hasattr(loader.module(), "baselines"), "methods to compare with are for tests and benchmarks"
 
 
 def test_no_module_at_all(only, part):
