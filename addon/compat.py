@@ -35,9 +35,9 @@ def points_tell_as_sliders(key):
 
 
 def corner_store(mesh):
-    """(collection, property) of the vertex index of every face corner."""
+    """(collection, property, numbers of each, their type) of the vertex index of every face corner."""
     attribute = mesh.attributes.get(".corner_vert")
-    return (attribute.data, "value") if attribute else (mesh.loops, "vertex_index")
+    return (attribute.data, "value", 1, "i4") if attribute else (mesh.loops, "vertex_index", 1, "u4")
 
 
 def session_key(id_block):

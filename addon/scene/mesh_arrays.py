@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mesh data as numpy arrays: float32 and int32, Blender's own types, which foreach_get copies without conversion."""
+"""Mesh data as numpy arrays of Blender's own types, float32 and int32: foreach_get copies others number by number."""
 
 import bpy
 import numpy as np
@@ -21,20 +21,21 @@ def vertex_positions(mesh):
 
 def faces(mesh):
     """(corners, starts): vertex index of every face corner, and where each face begins in it; int32."""
-    corners = np.empty(len(mesh.loops), np.int32)
-    starts = np.empty(len(mesh.polygons), np.int32)
-    if len(corners):
-        store, name = compat.corner_store(mesh)
-        store.foreach_get(name, corners)
-        mesh.polygons.foreach_get("loop_start", starts)
-    return corners, starts
+    if len(mesh.loops) == 0:
+        return np.empty(0, np.int32), np.empty(0, np.int32)
+    return _indices(*compat.corner_store(mesh)), _indices(mesh.polygons, "loop_start")
+
+
+def _indices(store, name, each=1, own_type=np.uint32):
+    """int32: so many of each item of a collection. own_type: Blender's own, to which int32 is another one."""
+    found = np.empty(each * len(store), np.int32)
+    store.foreach_get(name, found.view(own_type))
+    return found
 
 
 def edges(mesh):
     """m x 2 int32 vertex indices."""
-    ends = np.empty(2 * len(mesh.edges), np.int32)
-    mesh.edges.foreach_get("vertices", ends)
-    return ends.reshape(-1, 2)
+    return _indices(mesh.edges, "vertices", 2).reshape(-1, 2)
 
 
 def triangles(mesh, rest, corners=None):
@@ -58,6 +59,4 @@ def shown_triangles(mesh, corners=None):
     if corners is not None and len(mesh.loops) == 3 * len(mesh.polygons):
         return corners.reshape(-1, 3)
     mesh.calc_loop_triangles()
-    corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
-    mesh.loop_triangles.foreach_get("vertices", corners)
-    return corners.reshape(-1, 3)
+    return _indices(mesh.loop_triangles, "vertices", 3).reshape(-1, 3)

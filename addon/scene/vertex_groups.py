@@ -75,7 +75,9 @@ def make(obj, name):
     """
     rigs = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
     bones = [bone.name for each in rigs if each and each.type == 'ARMATURE' for bone in each.data.bones]
-    return obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *bones}))
+    group = obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *bones}))
+    _known(obj)[group.name, group.index] = np.empty(0, np.int32), np.empty(0, np.float32)
+    return group
 
 
 def unused(name, taken):
@@ -104,13 +106,13 @@ def replace_weights(obj, group, weights):
     Blender takes many vertices of one weight at a time.
     """
     levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-3).astype(np.int32)
-    order = np.argsort(levels, kind="stable")
+    numbers, before = np.flatnonzero(levels).astype(np.int32), _known(obj).get((group.name, group.index))
+    order = numbers[np.argsort(levels[numbers], kind="stable")]
     ends = np.searchsorted(levels[order], np.arange(WEIGHT_STEPS + 1), side="right")
-    group.remove(range(len(levels)))
+    group.remove(range(len(levels)) if before is None else before[0].tolist())
     for level in range(1, WEIGHT_STEPS + 1):
         members = order[ends[level - 1] : ends[level]]
         if len(members):
             group.add(members.tolist(), level / WEIGHT_STEPS, 'REPLACE')
-    numbers = np.flatnonzero(levels).astype(np.int32)
     _known(obj)[group.name, group.index] = numbers, (levels[numbers] / WEIGHT_STEPS).astype(np.float32)
     obj.data.update_tag()

@@ -116,10 +116,10 @@ class Grip:
         """(from where its surroundings end to the handle, 3 in the world; how much it turns with that, 0 to 1)."""
         handle = self.handle(obj)
         weights = region.around(obj, handle) if self._around is None else self._around
-        weights = np.where(weights > END_OF_LIMB, 0.0, weights)
-        if not weights.any():
+        some = np.flatnonzero((weights > 0.0) & (weights <= END_OF_LIMB))
+        if len(some) == 0:
             return Vector(), 0.0
-        end = np.average(self._seen, axis=0, weights=weights)
+        end = np.average(self._seen[some], axis=0, weights=weights[some])
         way = Vector(self._pivot) - obj.matrix_world @ Vector(end.tolist())
         reach = radius(obj, handle.size) * max(map(abs, obj.matrix_world.to_scale()))
         return way, float(np.clip((way.length / reach - LEAST_LIMB) / (WHOLE_LIMB - LEAST_LIMB), 0.0, 1.0))

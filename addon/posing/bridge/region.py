@@ -99,7 +99,7 @@ def _made_ways(obj, rest, first):
         edges = edges[edges[:, 0] != edges[:, 1]]
     make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
     ways = make(rest, edges, none)
-    if len(edges) and (ways.parts[edges[:, 0]] != ways.parts[edges[0, 0]]).any():
+    if np.count_nonzero(np.bincount(ways.parts) > 1) > 1:
         triangles = mesh_arrays.triangles(obj.data, rest)
         triangles = triangles if first is None else first[triangles]
         ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
