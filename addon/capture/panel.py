@@ -22,26 +22,16 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     def draw(self, context):
-        layout = self.layout
-        layout.operator(MEANVALUE_OT_import_motion.bl_idname, icon='IMPORT')
-        obj = subject.of(context)
-        if subject.object_problem(obj) is not None:
-            _draw_problems(layout, context)
-            return
-        capture = obj.meanvalue.capture
-        _draw_take(layout, context, capture)
-        _draw_problems(layout, context)
-        if not takes.is_take(capture.take):
-            if not any(takes.is_take(collection) for collection in bpy.data.collections):
-                draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
-            return
-        _draw_reference(layout, obj, capture)
-        draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON')
-        _draw_pairs(layout, obj, capture)
+        layout, obj = self.layout, subject.of(context)
+        if not _is_matched(obj):
+            _draw_take(layout, context, obj)
+        if _has_take(obj):
+            draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON')
+            _draw_pairs(layout, obj, obj.meanvalue.capture)
 
 
 class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
-    """How markers are laid on the mesh, and what becomes of their gaps"""
+    """How markers are laid on the mesh, and what becomes of their gaps; the take too, once they are"""
 
     bl_label = "Matching"
     bl_parent_id = MEANVALUE_PT_capture.bl_idname
@@ -49,11 +39,12 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        obj = subject.of(context)
-        return subject.object_problem(obj) is None and takes.is_take(obj.meanvalue.capture.take)
+        return _has_take(subject.of(context))
 
     def draw(self, context):
         layout, capture = self.layout, subject.of(context).meanvalue.capture
+        if _is_matched(subject.of(context)):
+            _draw_take(layout, context, subject.of(context))
         column = column_of_settings(layout)
         column.prop(capture, "align")
         limbs = column.row()
@@ -74,14 +65,28 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
         cutoff.prop(capture, "cutoff_hz", text="Hz")
 
 
-def _draw_take(layout, context, capture):
-    column = column_of_settings(layout)
-    column.prop(capture, "take")
-    if takes.is_take(capture.take):
-        take = capture.take.meanvalue
+def _has_take(obj):
+    return subject.object_problem(obj) is None and takes.is_take(obj.meanvalue.capture.take)
+
+
+def _is_matched(obj):
+    return _has_take(obj) and any(handle.marker for handle in obj.meanvalue.handles)
+
+
+def _draw_take(layout, context, obj):
+    layout.operator(MEANVALUE_OT_import_motion.bl_idname, icon='IMPORT')
+    if subject.object_problem(obj) is None:
+        column_of_settings(layout).prop(obj.meanvalue.capture, "take")
+    if _has_take(obj):
+        take = obj.meanvalue.capture.take.meanvalue
         missing = f", {wording.share(take.missing_share)} missing" if take.missing_share else ""
         text = f"{wording.counted(take.sample_count, 'sample')} at {take.rate_hz:g} Hz{missing}"
         draw_wrapped(layout, context, text)
+    _draw_problems(layout, context)
+    if _has_take(obj):
+        _draw_reference(layout, obj, obj.meanvalue.capture)
+    elif not any(takes.is_take(collection) for collection in bpy.data.collections):
+        draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
 
 
 def _draw_problems(layout, context):
@@ -106,9 +111,8 @@ def _draw_problems(layout, context):
 
 
 def _draw_reference(layout, obj, capture):
-    layout.label(text="Reference")
     column = column_of_settings(layout)
-    column.prop(capture, "reference_take", text="Take")
+    column.prop(capture, "reference_take", text="Reference")
     row = column.row(align=True)
     row.prop(capture, "reference_frame", text="Frame")
     present = row.operator("wm.context_set_value", text="", icon='TIME')

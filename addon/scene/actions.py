@@ -68,6 +68,23 @@ def keys_of(curve):
     return tuple(coordinates.reshape(-1, 2).T.astype(np.float64))
 
 
+def driver_of(key):
+    """What drives the value of a shape key, as an F-curve, or None."""
+    animation = key.id_data.animation_data
+    return animation and animation.drivers.find(key.path_from_id("value"))
+
+
+def drive(key, others, expression):
+    """A driver on the value of a shape key; others: {variable: the shape key whose value it has}."""
+    driver = key.driver_add("value").driver
+    driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
+    for name, other in others.items():
+        variable = driver.variables.new()
+        variable.name, target = name, variable.targets[0]
+        target.id_type, target.id, target.data_path = 'KEY', other.id_data, other.path_from_id("value")
+    driver.expression = expression
+
+
 def own_action(id_block):
     """The action of a datablock, one of this file that no other uses; made if there is none. @throws SceneError."""
     _require_own(id_block)

@@ -2,7 +2,7 @@
 """The pose becomes the rest shape."""
 
 from .. import compat, wording
-from . import shape_keys, surface_hair
+from . import pose_key, shape_keys, surface_hair
 
 #: Rooms say what they have made of a rest shape: functions of an object to (names of their shape keys, what the artist
 #: is to do about them now that they belong to the former one, a sentence).
@@ -19,10 +19,10 @@ def become(obj):
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)
     surface_hair.follow(obj, shape - offset, shape)
-    result_key = shape_keys.result(obj)
+    apart = {reference, shape_keys.result(obj), *pose_key.replacing(obj)}
     carried = []
     for key in mesh.shape_keys.key_blocks:
-        if _adds_to(key, reference, result_key):
+        if _adds_to(key, reference, apart):
             shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
             carried.append(key.name)
     shape_keys.write_positions(mesh, reference, shape)
@@ -42,10 +42,10 @@ def _notes(obj, carried):
         yield f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}"
 
 
-def _adds_to(key, reference, result_key):
-    """Whether a key is relative to the reference key, by way of others or not, but not by way of the result."""
+def _adds_to(key, reference, apart):
+    """Whether a key is relative to the reference key, by way of others or not, but not by way of those `apart`."""
     passed = set()
-    while key.name not in passed and key not in {reference, result_key}:
+    while key.name not in passed and key not in apart:
         passed.add(key.name)
         key = key.relative_key
     return key == reference and bool(passed)

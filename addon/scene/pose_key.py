@@ -5,7 +5,7 @@ import secrets
 
 import bpy
 
-from . import key_marks
+from . import actions, key_marks
 from .key_marks import Role
 
 
@@ -36,7 +36,7 @@ def choose(settings, name):
     if former is not None and former == chosen:
         return
     if former is not None and not any(other.meanvalue.result_mark == settings.result_mark for other in sharing(obj)):
-        turn_off(former)
+        show(former, None)
         former.slider_min = 0.0
     settings.result_mark = 0.0
     if chosen is not None and chosen != keys.reference_key:
@@ -58,6 +58,38 @@ def sharing(obj):
     return [other for other in bpy.data.objects if other != obj and other.data == obj.data]
 
 
-def turn_off(key):
-    """So that nothing shows it, exporters that know nothing of muted keys either."""
-    key.mute, key.value = True, 0.0
+def show(key, value):
+    """value: None so that nothing shows it, exporters that know nothing of muted keys either."""
+    key.mute, key.value = value is None, value or 0.0
+    if _fade(key):
+        _fade(key).mute = key.mute
+
+
+def give_way(obj, *kept):
+    """Has the pose fade as kept poses come in: `kept`, and those of before. Where one of these was deleted, for which
+    Blender lets the driver rest, the others go on. Returns whether it fades: not where the artist moves its value."""
+    key, fade = result(obj), _fade(result(obj))
+    if not kept and (not fade or fade.driver.is_valid):
+        return bool(fade)
+    if not fade and (actions.driver_of(key) or len(actions.read_keys(key.id_data, key.path_from_id("value"))[0])):
+        return False
+    comers = [*replacing(obj), *kept][-60:]  # of more Blender would cut the expression
+    key.driver_remove("value")
+    others = {f"k{number}": each for number, each in enumerate(comers)}
+    if others:
+        actions.drive(key, others, "-".join(["1", *others]))
+    return True
+
+
+def _fade(key):
+    """The driver of give_way(), or None; one that says something else is the artist's."""
+    curve = key and actions.driver_of(key)
+    names = curve.driver.variables.keys() if curve else []
+    return curve if "k0" in names and curve.driver.expression == "-".join(["1", *names]) else None
+
+
+def replacing(obj):
+    """The kept poses that the pose fades for."""
+    fade = _fade(result(obj))
+    paths = [each.targets[0].data_path for each in fade.driver.variables] if fade else []
+    return [key for key in obj.data.shape_keys.key_blocks if key.path_from_id("value") in paths] if paths else []

@@ -247,7 +247,7 @@ def _counts(obj, key):
 def _pose_keys(obj):
     """Names of the keys that are not beside the pose: what holds it, held it, or plays a bake."""
     settings = obj.meanvalue
-    names = set(pose_key.names(obj))
+    names = {*pose_key.names(obj), *(key.name for key in pose_key.replacing(obj))}
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
     for stand_in in shape_keys.stand_ins:

@@ -2,7 +2,6 @@
 """The rest shape, the artist's pose and the result, all of them shape keys."""
 
 import bmesh
-import bpy
 import numpy as np
 
 from .. import compat, ids, wording
@@ -11,7 +10,7 @@ from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
 from .core.finite import require_finite
 from .key_marks import Role
-from .pose_key import result, sharing, turn_off
+from .pose_key import result, sharing
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -36,11 +35,6 @@ def remove_lone_basis(obj):
     keys = obj.data.shape_keys
     if keys is not None and len(keys.key_blocks) == 1 and keys.get(MADE):
         obj.shape_key_clear()
-
-
-def value_path(name):
-    """From a mesh's shape keys to the slider of one."""
-    return f'key_blocks["{bpy.utils.escape_identifier(name)}"].value'
 
 
 def positions(key):
@@ -114,7 +108,7 @@ def ensure_result_key(obj):
     settings.result_name = key.name
     show_fully(obj.data.shape_keys, key)
     if obj.meanvalue.baked.target:
-        turn_off(key)  # else the mesh would be moved twice
+        pose_key.show(key, None)  # else the mesh would be moved twice
     why_hidden = why_result_is_hidden(obj)
     return [why_hidden] if why_hidden else []
 
@@ -235,10 +229,9 @@ def show_fully(keys, key):
     """So that the object takes exactly the key's positions, whatever was set on it before."""
     key.relative_key = keys.reference_key
     key.vertex_group = ""
-    key.mute = False
     key.slider_min = min(key.slider_min, 0.0)
     key.slider_max = max(key.slider_max, 1.0)
-    key.value = 1.0
+    pose_key.show(key, 1.0)
 
 
 def add_shape(obj, name, shape):
@@ -294,5 +287,7 @@ def why_result_is_hidden(obj):
     if key.mute:
         return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:
-        return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. Set it to 1"
+        fading = [each.name for each in pose_key.replacing(obj) if each.value]
+        remedy = f"Put the slider of {wording.quoted(fading)} to 0" if fading else "Set it to 1"
+        return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. {remedy}"
     return None

@@ -10,11 +10,13 @@ from support import handles, rigs, steps
 from support.handles import move
 
 
-def corrected():
+def corrected(has_keyframes=False):
     """(object, armature object) with the bone bent and a pose kept for that."""
     obj, rig = rigs.posed_arm()
     rigs.bend(rig, 60.0)
     move(obj.meanvalue.handles["Top"].control, (0.3, 0.0, 0.0))
+    if has_keyframes:
+        obj.meanvalue.handles["Top"].control.keyframe_insert("location")
     bpy.ops.meanvalue.keep_pose(name="Bent")
     return obj, rig
 
@@ -24,14 +26,17 @@ def value_at(obj, rig, degrees):
     return obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks["Bent"].value
 
 
-def test_off_at_rest_and_on_at_the_pose():
-    obj, rig = corrected()
+@pytest.mark.parametrize("has_keyframes", [False, True])
+def test_off_at_rest_and_on_at_the_pose(has_keyframes):
+    obj, rig = corrected(has_keyframes)
     posed = rigs.seen(obj)
     assert bpy.ops.meanvalue.drive_by_bone() == {'FINISHED'}
     for degrees, value in ((0.0, 0.0), (30.0, 0.5), (60.0, 1.0), (90.0, 1.0), (-60.0, 0.0)):
         assert value_at(obj, rig, degrees) == pytest.approx(value, abs=1e-4)
         handles.update()
-        assert np.abs(handles.shown(obj) - handles.rest(obj)).max() < 1e-3  # the bone alone poses it
+        left = obj.data.shape_keys.key_blocks["Mean-Value"].value
+        assert left == pytest.approx(1.0 - has_keyframes * value, abs=1e-4)
+        assert has_keyframes or np.abs(handles.shown(obj) - handles.rest(obj)).max() < 1e-3  # the bone alone poses it
     rigs.bend(rig, 60.0)
     assert np.abs(rigs.seen(obj) - posed).max() < 1e-2
 

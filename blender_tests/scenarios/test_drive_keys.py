@@ -96,7 +96,7 @@ def test_keyframes_go_on_the_values(face, part):
     meshes.activate(obj)
     assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
     keys = obj.data.shape_keys
-    frames, keyed = part("scene.actions").read_keys(keys, part("scene.shape_keys").value_path("Up L"))
+    frames, keyed = part("scene.actions").read_keys(keys, 'key_blocks["Up L"].value')
     assert frames.tolist() == [1.0]
     assert keyed[0] == pytest.approx(values(obj)["Up L"])
     assert control.animation_data is None

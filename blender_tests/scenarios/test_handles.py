@@ -174,16 +174,44 @@ def test_keep_pose():
     assert "Top Pose" in obj.data.shape_keys.key_blocks
 
 
-def test_a_pose_of_keyframes_is_not_handed_over(capfd):
+@pytest.mark.parametrize("has_driver", [False, True])
+def test_a_pose_of_keyframes_fades_as_kept_ones_come_in(has_driver, capfd, part):
     obj, control = handles.tube()
     meshes.activate(obj)
-    move(control, (2.0, 0.0, 0.0))
-    control.keyframe_insert("location", frame=1)
-    posed = shown(obj)
-    assert bpy.ops.meanvalue.keep_pose() == {'FINISHED'}
-    assert "'Top' cannot be reset" in capfd.readouterr().out
-    assert obj.data.shape_keys.key_blocks["Top Pose"].value == 0.0
-    assert np.abs(meshes.seen(obj) - posed).max() < 1e-4
+    for frame in (1, 11):
+        move(control, (1.0, 0.0, 0.0))
+        control.keyframe_insert("location", frame=frame)
+    posed, blocks = shown(obj), obj.data.shape_keys.key_blocks
+    if has_driver:
+        blocks["Mean-Value"].driver_add("value").driver.expression = "1-0"
+    for name in ("Gone", "Far", "Kept"):
+        assert bpy.ops.meanvalue.keep_pose(name=name) == {'FINISHED'}
+    assert ("does not fade" in capfd.readouterr().out) == has_driver
+    if has_driver:
+        assert [each.driver.expression for each in obj.data.shape_keys.animation_data.drivers] == ["1-0"]
+        return
+    obj.active_shape_key_index = blocks.find("Gone")
+    bpy.ops.object.shape_key_remove()
+    blocks["Far"].name, blocks["Mean-Value"].name = "Other", "Pose"
+    assert bpy.ops.meanvalue.keep_pose(name="Far") == {'FINISHED'}  # a name that another had
+    kept = part("scene.key_marks").of_role(obj.data.shape_keys, part("scene.key_marks").Role.KEPT)
+    assert [key.name for key in kept] == ["Other", "Kept", "Far"]
+    live = []
+    for frame, value, other in ((1, 0.0, 0.0), (6, 0.5, 0.5), (7, 1.0, 0.0), (11, 0.25, 0.25)):
+        bpy.context.scene.frame_set(frame)
+        animated, place = steps.key_positions(obj, "Pose"), np.array(control.matrix_world)
+        for name, blocks[name].value in (("Kept", value), ("Other", other)):
+            blocks[name].keyframe_insert("value")
+        update()
+        live.append((frame, meshes.seen(obj)))
+        assert np.abs(live[-1][1] - animated - (value + other) * (posed - animated)).max() < 1e-3  # nothing twice
+        np.testing.assert_allclose(control.matrix_world, place, atol=1e-4)
+    for operator, options in ((bpy.ops.meanvalue.bake, {"target": 'SHAPE_KEYS'}), (bpy.ops.meanvalue.unbake, {})):
+        assert operator(**options) == {'FINISHED'}
+        for frame, wanted in live:
+            bpy.context.scene.frame_set(frame)
+            assert np.abs(meshes.seen(obj) - wanted).max() < 3e-3
+            assert blocks["Pose"].value == 0.0 or not options  # exporters know nothing of muted keys
 
 
 def test_apply_as_rest():

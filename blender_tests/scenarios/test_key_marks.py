@@ -84,17 +84,6 @@ def test_copies_of_the_pose_are_the_artist_s():
     assert blocks(obj).keys() == ["Basis", "Copy", "Mean-Value"]
 
 
-def test_a_kept_pose_with_the_former_name_of_another_is_listed(part):
-    obj, control = posed()
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.keep_pose(name="Fist") == {'FINISHED'}
-    blocks(obj)["Fist"].name = "Palm"
-    move(control, (0.0, 0.5, 0.0))
-    assert bpy.ops.meanvalue.keep_pose(name="Fist") == {'FINISHED'}
-    marks = part("scene.key_marks")
-    assert [key.name for key in marks.of_role(obj.data.shape_keys, marks.Role.KEPT)] == ["Palm", "Fist"]
-
-
 def test_a_joined_object_s_pose_is_not_written():
     obj, control = posed()
     other, _ = handles.tube("Other")

@@ -10,7 +10,7 @@ import types
 
 import bpy
 import pytest
-from support import meshes, steps
+from support import marked_tube, meshes, steps
 from support.baking import animated_tube
 from support.snapshot import assert_same, snapshot
 
@@ -67,17 +67,19 @@ def context_of(obj):
 
 @pytest.fixture
 def draw(part, monkeypatch):
-    """draw(obj): what the tab shows of obj, some time after the last edit; is_all_open: with the closed parts."""
+    """draw(obj): what the tab shows of obj, some time after the last edit, with the closed parts that are named opened;
+    is_all_open: with all of them."""
     names = [name for name in dir(bpy.types) if name.startswith("MEANVALUE_PT_")]
     panels = [panel for panel in (getattr(bpy.types, name) for name in names) if panel.bl_space_type == 'VIEW_3D']
 
     later = itertools.count(1)
 
-    def draw(obj, is_all_open=False):
+    def draw(obj, *opened, is_all_open=False):
         bpy.context.view_layer.update()
         monkeypatch.setattr(part("scene.object_model"), "clock", lambda: time.monotonic() + next(later))
         listener = types.SimpleNamespace(layout=ListeningLayout())
-        closed = [panel for panel in panels if 'DEFAULT_CLOSED' in getattr(panel, "bl_options", ())]
+        may_close = [panel for panel in panels if 'DEFAULT_CLOSED' in getattr(panel, "bl_options", ())]
+        closed = [panel for panel in may_close if panel.bl_label not in opened]
         closed_names = {getattr(panel, "bl_idname", "") for panel in closed} - {""}
         for panel in panels:
             if not is_all_open and (panel in closed or getattr(panel, "bl_parent_id", "") in closed_names):
@@ -95,16 +97,13 @@ def test_at_most_8_controls_on_a_fresh_mesh(draw):
     assert "operator meanvalue.grab" in layout.text
 
 
-def test_at_most_20_controls_with_handles(draw):
-    obj = meshes.grid()
-    steps.list_anchors(obj, Held=[0, 4, 20])
-    steps.add_handle(obj, "Hand", [24])
-    bpy.context.view_layer.update()
-    obj.meanvalue.handles["Hand"].control.location.z += 0.5
-    bpy.context.view_layer.update()
-    meshes.activate(obj)
+def test_at_most_20_controls_with_handles_that_are_matched(draw, tmp_path):
+    obj, _take = marked_tube.set_up(tmp_path)
+    marked_tube.match()
+    obj.meanvalue.live = True
+    bpy.context.scene.frame_set(60)
     bpy.ops.meanvalue.keep_pose()
-    layout = draw(obj)
+    layout = draw(obj, "Motion Capture")
     assert len(layout.controls) <= 20, layout.controls
     text = layout.text
     for name in ["grab", "remove_handle", "reset_handles", "keyframe_handles", "keep_pose", "drive_by_bone"]:

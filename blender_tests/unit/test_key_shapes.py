@@ -82,6 +82,6 @@ def test_values_are_keyed_on_the_current_frame(obj, key_shapes, part):
     key_shapes.set_values(obj, ["Free"], [0.5])
     obj.meanvalue.drive = 'SHAPE_KEYS'
     assert part("sliders.bridge.driven_keys").keyframe(obj) == (1, "shape key")
-    path = part("scene.shape_keys").value_path("Free")
+    path = 'key_blocks["Free"].value'
     frames, values = part("scene.actions").read_keys(obj.data.shape_keys, path)
     assert (frames.tolist(), values.tolist()) == ([1.0], [0.5])

@@ -42,11 +42,13 @@ class Baking:
     def sample(self, find):
         """Generator of the share that is done. find() returns the object. @throws SceneError."""
         scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
-        rows = yield from frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
+        visit = frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
+        rows = np.array((yield from visit))
         if self._kind is handle_source:
-            clip = handle_source.clip(find(), bind_input, np.array(rows), self.times)
+            clip = handle_source.clip(find(), bind_input, rows, self.times)
+            self._shares = rows[:, 0, 4]
         else:
-            clip = RowClip(self._kind, bind_input, np.array(rows))
+            clip = RowClip(self._kind, bind_input, rows)
         self.plan = BakePlan(clip, self.times, 1.0 / self.options.samples)
         if not self.to_keys:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
@@ -96,7 +98,9 @@ class Baking:
                 self.begun.become_whole()
             preparing.write_marker(self.path, obj, self.plan.key)
             return
-        rows = point_cache.mapped(self.begun.path)
+        rows, rest = point_cache.mapped(self.begun.path), self.posing.bind_input.rest
+        if self._kind is handle_source and self._shares.min() < 1.0:  # kept poses, which play on, show what is missing
+            rows = [rest + np.float32(share) * (row - rest) for row, share in zip(rows, self._shares, strict=True)]
         self.kept = list(range(len(rows)))
         tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
         if tolerance > 0.0:

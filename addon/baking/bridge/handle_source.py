@@ -6,7 +6,7 @@ import numpy as np
 from ...errors import SceneError, require_none
 from ...posing.bridge import targets
 from ...posing.bridge.posing import Posing
-from ...scene import frames, rig_space, views
+from ...scene import frames, pose_key, rig_space, views
 from .clips import HandleClip
 
 
@@ -18,17 +18,18 @@ def bind(obj):
 
 
 def row(obj, bind_input):
-    """k x 4 float64: targets and influences of the anchors. @throws SceneError."""
+    """k x 5 float64: targets and influences of the anchors, and the share of the pose. @throws SceneError."""
     require_none(targets.handles_problem(obj))
     try:
         places = targets.positions(obj, bind_input, rig_space.measure(obj))
     except np.linalg.LinAlgError as error:
         raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
-    return np.column_stack([places, targets.influences(obj, bind_input)])
+    left = 1.0 - np.clip(sum(key.value for key in pose_key.replacing(obj)), 0.0, 1.0)
+    return np.column_stack([places, targets.influences(obj, bind_input), np.full(len(places), left)])
 
 
 def clip(obj, bind_input, rows, times, portable=False):
-    """HandleClip of rows, f x k x 4, at f times."""
+    """HandleClip of rows, f x k x 5, at f times."""
     keyed = frames.lone_keys(animated(obj))
     kept = tuple(row for row, time in enumerate(times) if time in keyed)
     weights = None if (rows[..., 3] == 1.0).all() else np.ascontiguousarray(rows[..., 3])

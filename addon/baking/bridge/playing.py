@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids
-from ...scene import actions, bakeable, declarations, shape_keys
+from ...scene import actions, bakeable, declarations, pose_key, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -74,7 +74,7 @@ def take_back(obj):
     for name in muted if obj.data.shape_keys is not None else ():
         key = obj.data.shape_keys.key_blocks.get(name) if name else shape_keys.result(obj)
         if key is not None:
-            key.mute, key.value = False, values.get(name, key.value)
+            pose_key.show(key, values.get(name, key.value))
     was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
     declarations.clear(record)
     if was_live:
@@ -110,7 +110,7 @@ def _hide_result(obj):
     named = {name: each for name, each in named.items() if not each.mute}
     record.muted = json.dumps({name: each.value for name, each in named.items()})
     for each in named.values():
-        shape_keys.turn_off(each)
+        pose_key.show(each, None)
 
 
 def _animate_values(keys, made, times):
@@ -119,14 +119,14 @@ def _animate_values(keys, made, times):
         key.mute = False
         begin, end = max(0, number - 1), min(len(made), number + 2)
         values = [float(each == number) for each in range(begin, end)]
-        actions.write_curve(keys, shape_keys.value_path(key.name), 0, times[begin:end], values, "LINEAR")
+        actions.write_curve(keys, key.path_from_id("value"), 0, times[begin:end], values, "LINEAR")
 
 
 def _remove_keys(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
         return
-    paths = {shape_keys.value_path(name) for name in names}
+    paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
     keys.use_relative = True  # bakes of version 0.1 could be absolute
     curves = compat.curves_to_read(keys)
     for curve in [curve for curve in curves if curve.data_path in paths]:

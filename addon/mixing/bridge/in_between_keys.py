@@ -4,7 +4,7 @@
 import numpy as np
 
 from ... import ids
-from ...scene import shape_keys
+from ...scene import actions, shape_keys
 from ..core import polynomials
 from . import mixed_keys
 
@@ -24,7 +24,9 @@ def make(obj, mix_input, found):
         key = shape_keys.add_shape(obj, polynomials.label(names, knots, each.orders), shape)
         key.slider_min, key.slider_max = -FARTHEST, FARTHEST
         text, sliders = polynomials.expression(knots, each.orders)
-        _drive(obj.data.shape_keys, key, text, [names[slider] for slider in sliders])
+        others = [obj.data.shape_keys.key_blocks[names[slider]] for slider in sliders]
+        variables = dict(zip(polynomials.VARIABLES, others, strict=False))
+        actions.drive(key, {**variables, ids.MIX_MARK: others[0]}, text)  # the last is not in the expression
         made.append(key.name)
     return made
 
@@ -34,17 +36,3 @@ def remove(obj):
     names = mixed_keys.in_between_names(obj)
     shape_keys.remove(obj, names)
     return len(names)
-
-
-def _drive(keys, key, text, sliders):
-    driver = key.driver_add("value").driver
-    driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
-    names = [*polynomials.VARIABLES[: len(sliders)], ids.MIX_MARK]  # the last is not in the expression
-    for name, slider in zip(names, [*sliders, sliders[0]], strict=True):
-        variable = driver.variables.new()
-        variable.name = name
-        variable.type = 'SINGLE_PROP'
-        target = variable.targets[0]
-        target.id_type, target.id = 'KEY', keys
-        target.data_path = shape_keys.value_path(slider)
-    driver.expression = text

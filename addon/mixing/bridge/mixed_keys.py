@@ -40,7 +40,7 @@ def in_between_names(obj):
     if keys is None or keys.animation_data is None:
         return []
     paths = {curve.data_path for curve in keys.animation_data.drivers if ids.MIX_MARK in curve.driver.variables}
-    return [key.name for key in keys.key_blocks if shape_keys.value_path(key.name) in paths] if paths else []
+    return [key.name for key in keys.key_blocks if key.path_from_id("value") in paths] if paths else []
 
 
 def made_of_rest(obj):

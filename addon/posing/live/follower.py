@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, mesh_arrays, shape_keys, views
+from ...scene import actions, mesh_arrays, pose_key, shape_keys, views
 from ...solver import session
 from ...solver.core import result
 from ..bridge import bound_record, controls, scene_input, targets
@@ -113,6 +113,7 @@ class Follower(Following):
 
     def _do_chores(self, obj):
         self._targets.catch_up(obj, self._input)
+        pose_key.give_way(obj)
 
     def _bind_work(self, obj):
         bind_input = self._input

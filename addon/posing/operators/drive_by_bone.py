@@ -5,7 +5,7 @@ import bpy
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, shape_keys, subject
+from ...scene import actions, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 
 AXES = "XYZ"
@@ -21,8 +21,7 @@ def _problem(obj):
         return "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
     if rig_space.armature(obj) is None:
         return f"'{obj.name}' follows no armature, whose bones could drive the pose"
-    animation = obj.data.shape_keys.animation_data
-    curve = animation and animation.drivers.find(shape_keys.value_path(key.name))
+    curve = actions.driver_of(key)
     if not curve:
         return None
     used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]

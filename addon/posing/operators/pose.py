@@ -3,10 +3,10 @@
 
 import bpy
 
-from ... import ids, wording
+from ... import ids
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, declarations, key_marks, new_rest, shape_keys, subject
+from ...scene import actions, declarations, key_marks, new_rest, pose_key, shape_keys, subject
 from ...scene.key_marks import Role
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
@@ -39,10 +39,9 @@ class SettledOperator(BackgroundOperator):
 
 def _unposed_problem(obj):
     """Why there is no pose to use, in words, or None."""
-    key = shape_keys.result(obj)
-    if key is None:
+    if shape_keys.result(obj) is None:
         return "Nothing is posed yet. Press on the mesh with Grab and drag"
-    return f"The pose, shape key '{key.name}', is muted. Unmute it to use the pose" if key.mute else None
+    return shape_keys.why_result_is_hidden(obj)
 
 
 def _is_settled(obj):
@@ -71,14 +70,9 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         name = key.name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
-        moved = [
-            handle.name
-            for handle in handles
-            if actions.is_animated(handle.control) or len(controls.mover(handle).constraints)
-        ]
-        if moved:
-            note = f"{wording.quoted(moved)} cannot be reset, since keyframes, drivers or constraints move the control"
-            return f"The pose is kept as shape key '{name}', at value 0: the handles have it too", [note]
+        if any(actions.is_animated(each.control) or len(controls.mover(each).constraints) for each in handles):
+            how = "fades" if pose_key.give_way(obj, key) else "has its own keyframes or driver, and does not fade"
+            return f"The pose is kept as shape key '{name}', at value 0. The handles' pose {how} as you raise it", []
         engine.look_again(obj)
         with engine.held():
             key.value = 1.0

@@ -216,14 +216,14 @@ def _draw_handles(layout, obj):
 
 
 def _draw_pose(layout, obj):
-    column = layout.column(align=True)
-    column.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
+    row = layout.row(align=True)
+    row.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
+    row.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
     keys = obj.data.shape_keys
     if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
-        name = MEANVALUE_UL_kept_poses.__name__
+        name, column = MEANVALUE_UL_kept_poses.__name__, layout.column(align=True)
         column.template_list(name, "", keys, "key_blocks", obj, "active_shape_key_index", rows=2, maxrows=2)
         column.operator("meanvalue.drive_by_bone", icon='DRIVER')
-    layout.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
 
 
 def _draw_status(layout, context, obj):

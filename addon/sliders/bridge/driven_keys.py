@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...errors import SceneError, require_none
-from ...scene import actions, key_marks, shape_keys
+from ...scene import actions, key_marks, pose_key, shape_keys
 from ...scene.key_marks import Role
 from . import key_shapes
 
@@ -53,8 +53,5 @@ def chosen(obj):
     """Drive was chosen. The result, which posing by its shape writes, is not to be added to what keys show."""
     result = shape_keys.result(obj)
     if result is not None and result != obj.data.shape_keys.reference_key:
-        if is_on(obj):
-            shape_keys.turn_off(result)
-        else:
-            shape_keys.show_fully(obj.data.shape_keys, result)
+        pose_key.show(result, None if is_on(obj) else 1.0)
     obj.update_tag()

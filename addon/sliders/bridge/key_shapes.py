@@ -5,10 +5,9 @@ import numpy as np
 
 from ... import compat, wording
 from ...errors import SceneError, require_none
-from ...scene import key_reading, shape_keys
+from ...scene import actions, key_reading, shape_keys
 from ...scene.core.key_shapes import KeyShapes
 from ...solver import native_loader, session
-from . import value_curves
 
 
 def sorted_out(obj):
@@ -20,12 +19,11 @@ def sorted_out(obj):
     if keys is None or not keys.use_relative:
         return [], []
     made = shape_keys.made_names(obj)
-    driven = value_curves.driven_paths(keys)
     sliders, left_alone = [], []
     for key in keys.key_blocks:
         if key == keys.reference_key or key.name in made:
             continue
-        is_driven = shape_keys.value_path(key.name) in driven
+        is_driven = actions.driver_of(key)
         why = "muted" if key.mute else "locked" if compat.is_locked(key) else "moved by a driver" if is_driven else None
         if why is None:
             sliders.append(key_reading.slider_of(obj, key))

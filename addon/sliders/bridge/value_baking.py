@@ -6,7 +6,7 @@ import numpy as np
 from ... import wording
 from ...baking.core import key_reduction
 from ...errors import ChangedMeanwhileError, SceneError
-from ...scene import shape_keys
+from ...scene import pose_key, shape_keys
 from ...scene.core import fixed_points
 from ...solver import session
 from . import head_motion, key_shapes, value_curves
@@ -91,7 +91,7 @@ class ValueBaking:
         obj.meanvalue.live = False
         result = shape_keys.result(obj)
         if result is not None and result.name not in self.curves and not result.mute and result.value:
-            shape_keys.turn_off(result)
+            pose_key.show(result, None)
             notes.append(f"Shape key '{result.name}' is muted, so that it is not added to the values")
         if obj.meanvalue.baked.target:
             notes.append(shape_keys.BAKE_PLAYS)

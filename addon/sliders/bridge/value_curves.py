@@ -16,15 +16,10 @@ def problem(obj):
     return None if keys.use_relative else shape_keys.ABSOLUTE
 
 
-def driven_paths(keys):
-    """Data paths of what drivers set of shape keys, as shape_keys.value_path() has them."""
-    return {driver.data_path for driver in keys.animation_data.drivers} if keys.animation_data is not None else set()
-
-
 def require_room(obj, names, replace):
     """@throws SceneError if values of the shape keys `names` are animated, and not to be replaced."""
     keys = obj.data.shape_keys
-    animated = [name for name in names if len(actions.read_keys(keys, shape_keys.value_path(name))[0])]
+    animated = [name for name in names if len(actions.read_keys(keys, keys.key_blocks[name].path_from_id("value"))[0])]
     if animated and not replace:
         raise SceneError(
             f"{wording.quoted(animated)} {'is' if len(animated) == 1 else 'are'} animated already. Turn on Replace to "
@@ -38,14 +33,13 @@ def write(obj, curves, replace):
     @throws SceneError, with nothing changed, if values are animated and not to be replaced, or nothing can be written.
     """
     keys = obj.data.shape_keys
-    driven = driven_paths(keys)
-    left_out = [name for name in curves if shape_keys.value_path(name) in driven]
+    left_out = [name for name in curves if actions.driver_of(keys.key_blocks[name])]
     writable = {name: curve for name, curve in curves.items() if name not in left_out}
     if not writable:
         raise SceneError(f"Drivers set the values of {wording.quoted(left_out)}. Delete the drivers first")
     require_room(obj, writable, replace)
     for name, (frames, values) in writable.items():
-        actions.write_curve(keys, shape_keys.value_path(name), 0, frames, values)
+        actions.write_curve(keys, keys.key_blocks[name].path_from_id("value"), 0, frames, values)
     return list(_notes(keys, writable, left_out))
 
 
