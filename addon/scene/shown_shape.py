@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import kept, mesh_arrays, rig_space, shape_keys
+from . import mesh_arrays, rig_space, shape_keys
 
 #: Modifiers that make vertices and leave those of the mesh the first ones.
 _APPENDING = {'SUBSURF', 'MULTIRES'}
@@ -30,13 +30,10 @@ def positions(obj):
 
 
 def hit(evaluated, origin, direction):
-    """How many times `direction` a ray, (3,) float64 each in its own space, goes to the surface that an evaluated mesh
-    object shows; infinite if it misses. Blender's ray_cast() first makes a tree of all triangles: ten times the time.
-    """
-    mesh, own = evaluated.data, evaluated.original.data
-    is_own = isinstance(own, bpy.types.Mesh) and all(each.type in _MOVING for each in evaluated.modifiers)
-    corners = kept.faces(own)[0] if is_own and len(own.loops) == len(mesh.loops) else None
-    positions, triangles = mesh_arrays.vertex_positions(mesh), mesh_arrays.shown_triangles(mesh, corners)
+    """How many times `direction` a ray goes to what an evaluated mesh object shows, in its space, (3,) float64 each;
+    infinite if it misses. Blender's ray_cast() takes ten times as long: it makes a tree of all triangles first."""
+    positions = mesh_arrays.vertex_positions(evaluated.data)
+    triangles = mesh_arrays.shown_triangles(evaluated.data)
     flat = (positions - origin) @ np.linalg.svd(direction[None])[2][1:].T  # as seen along the ray
     sides = np.left_shift(1, flat[:, 0] >= 0.0, dtype=np.uint8) | np.left_shift(4, flat[:, 1] >= 0.0, dtype=np.uint8)
     sides = sides[triangles]

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a mesh is under the mouse, for operators that have the artist click at it."""
 
-import math
 from dataclasses import dataclass, field
 
 import bpy
@@ -60,10 +59,7 @@ def place_under(obj, region, view, mouse):
 
 
 def press(obj, region, view, mouse, place=None):
-    """The Pressed of the surface of `obj` or of an image of it, under the mouse; None on copies and beside it.
-
-    place: of place_under(), if at hand
-    """
+    """The Pressed under the mouse, or at place_under(), of `obj` or an image of it; None on copies and beside it."""
     place = place_under(obj, region, view, mouse) if place is None else place
     found = None if place is None else vertex_or_image(obj, place)
     if found is None:
@@ -75,12 +71,11 @@ def press(obj, region, view, mouse, place=None):
 
 
 def first_object(context, region, view, mouse):
-    """(the object whose surface is to be seen under the mouse, and can be selected; the place there, as place_under()
-    has it, None on an instance), or (None, None)."""
-    least, found, ray = math.inf, (None, None), _ray(region, view, mouse)
+    """(the object to be seen under the mouse that can be pressed, its place_under(), None on an instance), or Nones."""
+    least, found, ray = np.inf, (None, None), _ray(region, view, mouse)
     for instance in context.evaluated_depsgraph_get().object_instances:
         obj = instance.object  # gone at the next one; text and curves have an instance that is a mesh
-        way, place = _hit(obj, instance.matrix_world, ray) if obj.type == 'MESH' else (math.inf, None)
+        way, place = _hit(obj, instance.matrix_world, ray) if obj.type == 'MESH' else (np.inf, None)
         if way < least and views.is_pressable(obj.original, context):
             least, found = way, (obj.original, None if instance.is_instance else place)
     return found
@@ -92,17 +87,16 @@ def _ray(region, view, mouse):
 
 
 def _hit(evaluated, to_world, ray):
-    """(way as of shown_shape.hit(), place there, (3,) in its own space) of an evaluated mesh object and a ray in the
-    world, or (infinite, None)."""
+    """(way as of shown_shape.hit(), place in its own space) of a ray in the world, or (infinite, None)."""
     to_object = to_world.inverted_safe()
     origin, direction = to_object @ ray[0], to_object.to_3x3() @ ray[1]
     box = zip(evaluated.bound_box[0], evaluated.bound_box[6], origin, direction, strict=True)
     ways = [sorted(((low - at) / (step or 1e-30), (high - at) / (step or 1e-30))) for low, high, at, step in box]
     if max(way for way, _ in ways) > min(way for _, way in ways):
-        return math.inf, None
+        return np.inf, None
     origin, direction = np.array(origin, np.float64), np.array(direction, np.float64)
     way = shown_shape.hit(evaluated, origin, direction)
-    return way, np.array(origin + way * direction, np.float32) if way < math.inf else None
+    return way, np.array(origin + way * direction, np.float32) if way < np.inf else None
 
 
 def vertex_or_image(obj, place):

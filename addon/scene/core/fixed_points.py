@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which points hold a mesh in place, and whether they are enough."""
 
-import math
-
 import numpy as np
 
 #: Of more points it is enough if about so many of them span a plane.
@@ -17,7 +15,8 @@ def bounding_box_diagonal(points):
     """Length of the diagonal of the axis-aligned box around n x 3 `points`; 0 for none."""
     if len(points) == 0:
         return 0.0
-    return math.hypot(*(float(column.max()) - float(column.min()) for column in points.T))  # quicker by far than axis=0
+    extent = [float(column.max()) - float(column.min()) for column in points.T]  # quicker by far than axis=0
+    return float(np.linalg.norm(extent))
 
 
 def span_a_plane(points):
