@@ -158,9 +158,9 @@ class Fronts {
                 for (Index k = c; k < count; ++k)
                     column[worker.places[to[k]]] += from[k];
             } else {
-                double* const column = rests_[s].get() + (to[c] - shape.width) * shape.rest_stride() - shape.width;
+                const std::int64_t column = (to[c] - shape.width) * shape.rest_stride() - shape.width;
                 for (Index k = c; k < count; ++k)
-                    column[to[k]] += from[k];
+                    rests_[s][column + to[k]] += from[k];
             }
         }
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <new>
 
 #include "meanvalue/common/errors.h"
@@ -35,14 +36,14 @@ void pack(const FrontShape& shape, const double* panel, Lanes<Number>* values) {
     };
     for (Index column = 0; column < shape.width; column += kGroup) {
         const Index end = std::min(column + kGroup, shape.width);
-        Number* corner = values->value;
-        std::fill_n(corner, kCornerLanes<Number> * kPerBlock, Number(0));
+        Number corner[kCornerLanes<Number> * kPerBlock] = {};
         Number* below = corner + kGroup;
         for (Index c = column; c < end; ++c) {
             corner[c - column] = static_cast<Number>(1.0 / entry(c, c));
             for (Index r = c + 1; r < end; ++r)
                 *below++ = static_cast<Number>(entry(r, c));
         }
+        std::memcpy(values, corner, sizeof(corner));
         values += kCornerLanes<Number>;
         for (Index row = first_block<Number>(end) * kPerBlock; row < row_count; row += kPerBlock) {
             const Index first = std::max(row, end);

@@ -55,7 +55,7 @@ MEANVALUE_INLINE void prefetch(const void* block, std::ptrdiff_t bytes) {
 template <typename Number, int kColumns>
 MEANVALUE_INLINE const Lanes<Number>* forward_group(const Sides<Number>& sides, Index column, Index blocks,
                                                     const Lanes<Number>* values) {
-    const Number* corner = values->value;
+    const auto* corner = reinterpret_cast<const Number*>(values);  // of several lanes
     const Number* below = corner + kGroup;
     Number x[kColumns][kSides];
     for (int c = 0; c < kColumns; ++c) {
@@ -125,7 +125,7 @@ MEANVALUE_INLINE void backward_group(const Sides<Number>& sides, Index column, I
                 sum[k][c] += block[c] * sides.side[k][b];
         }
     }
-    const Number* corner = values->value;
+    const auto* corner = reinterpret_cast<const Number*>(values);  // of several lanes
     Number x[kSides][kGroup];
     for (int k = 0; k < kSides; ++k)
         sum_lanes<Number>(sum[k], x[k]);
