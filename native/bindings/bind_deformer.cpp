@@ -171,14 +171,20 @@ auto deformer_of(Task (*start)(Arguments...)) {
     };
 }
 
+// A draft of so many vertices takes some 20 ms. Below, a look at signals meanwhile is not worth another thread, which
+// makes it twice as long while a solve is at work.
+constexpr Index kMostOfShortDrafts = 200000;
+
 /// A drag until it is ended.
 struct Drag {
     std::shared_ptr<Deformer::Drag> drag;
+    bool has_long_drafts;
 };
 
 Drag begin_drag(const Deformer& deformer, const std::optional<py::object>& start) {
     const std::shared_ptr<const Positions> own = own_start(start);
-    return {std::make_shared<Deformer::Drag>(deformer, view_of(own))};
+    return {std::make_shared<Deformer::Drag>(deformer, view_of(own)),
+            deformer.report().vertex_count > kMostOfShortDrafts};
 }
 
 Task start_solve_in_drag(const Drag& drag, const py::object& targets, std::optional<double> tolerance,
@@ -195,10 +201,14 @@ std::optional<py::array_t<double>> draft_of(const Drag& drag, const py::object& 
     if (!drag.drag) throw ::meanvalue::InvalidInput("the drag has ended; begin another with Deformer.drag()");
     const PositionsArray goal(targets, "targets");
     const Drag held = drag;  // it may be ended meanwhile
+    const auto execution = std::make_shared<Execution>();
+    const auto make = [&] { return held.drag->draft(goal.view(), 1, *execution); };
     std::optional<Positions> draft;
-    {
+    if (held.has_long_drafts) {
+        draft = beside(execution, make);
+    } else {
         const py::gil_scoped_release release;
-        draft = held.drag->draft(goal.view());
+        draft = make();
     }
     if (!draft) return {};
     return to_array(std::move(*draft));
@@ -317,7 +327,7 @@ void bind_deformer(py::module_& module) {
         "targets: as of solve(). Also while start_solve() is at work: to be shown until it is done. It depends\n"
         "on the answers so far, and no solve depends on it. Method 'fast' alone knows of drafts. There are some\n"
         "once a solve has begun at an earlier answer or a start, and none from a settled answer until then.\n"
-        "Raises InvalidInput.");
+        "Raises InvalidInput, SolverFailure.");
     drag.def("__enter__", [](const py::object& self) { return self; });
     drag.def(
         "__exit__", [](Drag& self, const py::args&) { self.drag = nullptr; }, "Ends it and frees its memory.");

@@ -212,5 +212,17 @@ TEST(Draft, TargetsThatNoSolveTakesAreRefused) {
     EXPECT_NE(message_of<InvalidInput>([&] { drag.draft(bent.at(0.2).topRows(3)); }), "");
 }
 
+TEST(Draft, ItIsCancelledAndCanBeHadThen) {
+    const Bend bent;
+    const auto deformer = bent.bound();
+    Deformer::Drag drag(*deformer, PositionsView(bent.mesh.vertices));
+    solve_next(drag, bent.at(0.1));
+    solve_next(drag, bent.at(0.2));
+    Execution cancelled;
+    cancelled.cancel();
+    EXPECT_THROW(drag.draft(bent.at(0.3), 1, cancelled), Cancelled);
+    EXPECT_TRUE(drag.draft(bent.at(0.3)));
+}
+
 }  // namespace
 }  // namespace meanvalue::tests

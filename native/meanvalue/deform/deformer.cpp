@@ -164,7 +164,8 @@ Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions&
     return solve_with(*state_->bound, *state_->workspace, true, targets, state_->region, options, execution);
 }
 
-std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads) const {
+std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads,
+                                               const Execution& execution) const {
     Workspace* workspace = nullptr;
     {
         const std::unique_lock<std::mutex> lock(state_->making, std::try_to_lock);
@@ -172,14 +173,13 @@ std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int
     }
     if (workspace == nullptr) return {};
     const BoundMesh& bound = *state_->bound;
-    const Execution uncancelled;
     const Positions filled = bound.targets_without_gaps(targets, {});
     const PositionsView filled_view = filled;
     DecodeOptions options;
     options.targets = &filled_view;
     options.threads = bound.threads_of(threads);
-    Positions region = bound.start_of_region(filled, nullptr, {}, options.threads, uncancelled);
-    if (!bound.decoder().draft(options, *workspace, region, uncancelled)) return {};
+    Positions region = bound.start_of_region(filled, nullptr, {}, options.threads, execution);
+    if (!bound.decoder().draft(options, *workspace, region, execution)) return {};
     return bound.whole_mesh(region, filled, options.threads);
 }
 

@@ -112,14 +112,13 @@ class Deformer {
 
         /// What solve() is going to give for targets near the last ones, in a few milliseconds and also while a solve
         /// goes on: what the answers so far predict, and what the initial Hessian answers to the handles besides
-        /// (docs/decisions/0030-predicted-frames.md). n x 3; hard anchors are at their targets. No solve depends on
-        /// it.
+        /// (docs/decisions/0030-predicted-frames.md). n x 3; hard anchors at their targets. No solve depends on it.
         /// @param threads 0: as many as the mesh was bound with. @return none where too little is known of such a
-        /// move, or by other methods than kFast. @throws InvalidInput.
-        std::optional<Positions> draft(const PositionsView& targets, int threads = 1) const;
+        /// move, or by other methods than kFast. @throws InvalidInput, Cancelled.
+        std::optional<Positions> draft(const PositionsView& targets, int threads, const Execution& execution) const;
         template <typename Derived>
         std::optional<Positions> draft(const Eigen::MatrixBase<Derived>& targets, int threads = 1) const {
-            return draft(PositionsView(*share(targets, "targets")), threads);
+            return draft(*share(targets, "targets"), threads, Execution());
         }
 
       private:
