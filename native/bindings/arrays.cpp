@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "meanvalue/common/errors.h"
 
@@ -39,10 +40,11 @@ py::array as_array(const py::object& values, const char* name, const char* wante
 }
 
 /// Whole numbers, or nothing at all: numpy makes an empty list one of float64. @param of what they number.
-IndexArray as_integers(const py::array& array, const char* name, const char* of) {
+/// @param of_flags how they are had of flags, where they could be meant.
+IndexArray as_integers(const py::array& array, const char* name, const char* of, const char* of_flags = "") {
     if (!is_of_kind(array, "iu") && !(array.size() == 0 && is_of_kind(array, "f"))) {
         throw InvalidInput(message(name, " has the type ", type_text(array), "; give whole numbers (int32)",
-                                   is_of_kind(array, "b") ? ", of flags by numpy.flatnonzero()" : ""));
+                                   is_of_kind(array, "b") ? of_flags : ""));
     }
     const auto refuse = [&](auto number) {
         throw InvalidInput(message(name, " holds ", number, ", which no number of a ", of, " can be"));
@@ -147,7 +149,8 @@ std::vector<Index> as_indices(const py::object& values, const char* name, const 
         throw InvalidInput(message(name, " has the shape ", shape_text(array), "; give (k,)",
                                    array.ndim() == 2 && array.shape(1) == 1 ? ", by numpy.ravel()" : ""));
     }
-    const IndexArray integers = as_integers(array, name, of);
+    const bool are_vertices = std::string_view(of) == "vertex";
+    const IndexArray integers = as_integers(array, name, of, are_vertices ? ", of flags by numpy.flatnonzero()" : "");
     return {integers.data(), integers.data() + integers.size()};
 }
 
