@@ -40,6 +40,9 @@ def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
         local = VERTICES[cuff.vertices] - rest[f"knee.{side}"][0]
         truth = joints[f"knee.{side}"][:, None] + np.einsum("fij,kj->fki", turns[f"shank.{side}"], local)
         assert np.linalg.norm(places(cuff) - truth, axis=2).max() < 1e-3, "the knee's marker goes with the thigh"
+        thigh, axis = by_name[f"thigh.{side}"], turns[f"thigh.{side}"][..., 2]
+        along = np.einsum("fi,fi->f", thigh.centres - joints[f"hip.{side}"], axis)
+        assert np.abs(along - thigh.centre[2] + rest[f"hip.{side}"][0, 2]).max() < 0.008, "0.015 by where hips are told"
         shank = [k for k, name in enumerate(NAMES) if f"shank.{side}" in landmarks.segments_of(name)]
         ring = cuffs.ring_around(cuff.centre, UP, VERTICES, TRIANGLES)
         angles = np.sort(np.arctan2(*ring.ways(VERTICES[[*ANCHORS[shank], *cuff.vertices]])[:, :2].T))

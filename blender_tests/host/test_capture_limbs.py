@@ -154,9 +154,6 @@ def test_markers_of_a_real_take_are_on_the_backs_of_real_wrists(mesh):
         assert normal[1] > 0.1, (side, normal)
 
 
-# -- legs that are an unusual share of the body ------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("legs", [0.7, 1.0, 1.3])
 def test_trunks_of_long_and_short_legged_bodies_get_the_markers_of_the_trunk(legs):

@@ -33,9 +33,6 @@ def placed(scale, angle, shift):
     return matrix
 
 
-# -- picked pairs -----------------------------------------------------------------------------------------------------
-
-
 def test_a_similarity_is_found_from_picked_pairs():
     turn = walking_figure.turn_x(np.array(0.4)) @ walking_figure.turn_z(np.array(2.0))
     source = np.random.default_rng(0).standard_normal((5, 3))
@@ -45,9 +42,6 @@ def test_a_similarity_is_found_from_picked_pairs():
     assert np.abs(similarity(source, target)[:3, :3] - 3.7 * turn).max() < 1e-12
     # Mirrored points get the nearest rotation, no mirror.
     assert np.linalg.det(similarity(target, target * [-1.0, 1.0, 1.0])[:3, :3]) > 0.0
-
-
-# -- without pairs ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -130,9 +124,6 @@ def test_real_skeletons_lie_in_the_middle_of_a_real_body(take):
             off = places[f"{name}.{side}"][[0, 2]] - [sign * x, z]
             assert np.linalg.norm(off) < 0.05, (name, side, places[f"{name}.{side}"])
     assert found.certainty > 1.1
-
-
-# -- limbs in another pose ---------------------------------------------------------------------------------------------
 
 
 def hanging(points, down=1.1, bent=0.9):
@@ -220,9 +211,6 @@ def test_a_skeleton_gets_into_the_body_and_its_arms_into_those_of_the_mesh(down)
     assert found.certainty > 1.1
 
 
-# -- surface ----------------------------------------------------------------------------------------------------------
-
-
 def test_no_place_on_the_surface_is_nearer_than_the_nearest():
     rng = np.random.default_rng(1)
     points = rng.uniform(-1.0, 2.0, (150, 3))
@@ -247,9 +235,6 @@ def test_triangles_and_normals_that_do_not_fit_are_refused():
     assert face.tolist() == [-1] and not weights.any() and np.isinf(distance).all()
 
 
-# -- one to one -------------------------------------------------------------------------------------------------------
-
-
 def test_matches_lie_on_the_surface_and_offsets_lead_back():
     match = match_to_surface(REFERENCE, SURFACE)
     assert len(set(match.vertex)) == 41
@@ -263,9 +248,6 @@ def test_matches_lie_on_the_surface_and_offsets_lead_back():
 def test_small_meshes_are_told():
     with pytest.raises(InvalidMotionError, match="3 vertices for 41 markers"):
         match_to_surface(REFERENCE, Surface(VERTICES, TRIANGLES[:1]))
-
-
-# -- skin -------------------------------------------------------------------------------------------------------------
 
 
 def test_targets_turn_with_the_body():

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from support import figure_body, meshes, steps, take_files, walking_figure
+from support import figure_body, meshes, sitting_figure, steps, take_files, walking_figure
 from support.marked_tube import match
 
 NAMES = walking_figure.LABELS
@@ -84,3 +84,19 @@ def test_a_part_of_a_person_keeps_its_size_and_what_nothing_holds_is_told(tmp_pa
     assert 0.9 < scale < 1.2 and len(obj.meanvalue.handles) >= len(rows)
     said = capfd.readouterr().out
     assert f"Nothing holds {'arms and legs' if is_leg else 'legs'}" in said and f"scaled by {scale:.3g}" in said
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.46, 1.57])
+def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, lean):
+    seated = sitting_figure.take(220).clean[210] @ walking_figure.turn_x(np.array(lean)).T
+    seated += [0.0, 0.0, 0.25 - seated[:, 2].min()]  # on the footrest of a chair that rolls
+    obj, scale = matched(tmp_path, NAMES, seated)
+    pelvis = [pair for pair in obj.meanvalue.capture.pairs if pair.name.startswith("Waist")]
+    off = [pair.control.matrix_world.translation.z - seated[NAMES.index(pair.name), 2] for pair in pelvis]
+    assert abs(np.mean(off)) < 0.06, "0.12 to 0.46 with the trunk where the mesh has it"
+    assert scale == pytest.approx(1.0, abs=0.06)
+
+
+def test_who_climbs_down_stairs_has_his_size(tmp_path):
+    _, scale = matched(tmp_path, NAMES, walking_figure.take(160, drop=0.34).clean)
+    assert scale == pytest.approx(1.0, abs=0.06), "0.83 with each leg as low as it stands later"

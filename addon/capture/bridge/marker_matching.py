@@ -173,8 +173,10 @@ def _chosen(given, frame, path, reference):
             "fill longer gaps"
         )
     names, seen = [names[row] for row in np.flatnonzero(kept)], np.array(seen)[kept]
-    places = tuple(given.landmarks[name] for name in names)
-    return Markers(names, places, path[:, seen], reference[seen], reference[seen]), notes
+    places, path, stands = tuple(given.landmarks[name] for name in names), path[:, seen], reference[seen]
+    if given.options.align == 'AUTO':
+        stands = alignment.stood_up(stands, places, min(0.0, np.nanmin(path[..., 2], initial=0.0)))
+    return Markers(names, places, path, stands, stands), notes
 
 
 def _alignment(given, markers, body):
@@ -218,13 +220,8 @@ def _cuffs(given, markers, match, found, to_object):
     names = markers.landmarks if given.options.use_cuffs and not given.is_skeleton else (None,) * len(markers.labels)
     of_limbs, refused = cuffs.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
-    result = [
-        replace(
-            cuff,
-            centre=motion.apply(to_object, cuff.centre),
-            radius=scale * cuff.radius,
-            centres=motion.apply(to_object, cuff.centres),
-        )
-        for cuff in (*found, *of_limbs)
-    ]
+    result = []
+    for cuff in (*found, *of_limbs):
+        centre, centres = (motion.apply(to_object, points) for points in (cuff.centre, cuff.centres))
+        result.append(replace(cuff, centre=centre, radius=scale * cuff.radius, centres=centres))
     return result, match_notes.of_cuffs(result, refused)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InvalidMotionError
 from ...scene.core import motion
-from ...scene.core.rigid import nearest_rotations
+from ...scene.core.rigid import nearest_rotations, turns_between
 from . import facing
 from . import landmarks as places
 from .body import Body
@@ -123,8 +123,7 @@ class _Fit:
     def __init__(self, body, markers, names):
         self._body, self._markers = body, markers
         self._radius = 0.0 if body.is_for_joints else MARKER_RADIUS
-        heights = np.array([(place.height if place else None) or np.nan for place in map(places.place_of, names)])
-        self._heights = heights
+        self._heights = heights = places.heights_of(names)
         self._weights = np.where([bool(name) and name.split(".")[0] in places.ARM for name in names], ARMS, 1.0)
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
         self._scale, self._base, allowed = _scale_by_heights(markers, names, heights, body.height)
@@ -190,23 +189,41 @@ def _tall_by_parts(markers, names, heights):
     return float(np.median(lengths)) if lengths else 0.0
 
 
+def _tall_by_heights(markers, heights):
+    """(how tall the body is, height of the ground) by how high its landmarks are; NaN where these do not tell."""
+    told = ~np.isnan(heights)
+    if told.sum() < 4 or np.ptp(heights[told]) <= 0.3:
+        return np.nan, np.nan
+    # A line through heights of markers over those of landmarks; what is far off it (a bent knee) counts less.
+    design, weights = np.stack([heights[told], np.ones(told.sum())], axis=1), np.ones(told.sum())
+    for _ in range(5):
+        root = np.sqrt(weights)[:, None]
+        tall, base = np.linalg.lstsq(root * design, root[:, 0] * markers[told, 2], rcond=None)[0]
+        off = np.abs(design @ [tall, base] - markers[told, 2])
+        weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
+    return tall, base
+
+
+def stood_up(markers, names, ground):
+    """(m, 3): the markers of who sits, crouches or lies, turned and raised as a whole so that his trunk is where he has
+    it who stands on the `ground`, a height in meters; those of others as they are. Legs are posed later."""
+    heights = places.heights_of(names)
+    by_parts, pelvis, upper = _tall_by_parts(markers, names, heights), (heights > 0.5) & (heights < 0.6), heights > 0.7
+    if not (_tall_by_heights(markers, heights)[0] < BENT * by_parts and pelvis.any() and upper.any()):
+        return markers
+    middle = markers[pelvis].mean(axis=0)
+    turn = turns_between(markers[upper].mean(axis=0) - middle, np.array([0.0, 0.0, 1.0]))
+    return (markers - middle) @ turn.T + [*middle[:2], ground + by_parts * heights[pelvis].mean()]
+
+
 def _scale_by_heights(markers, names, heights, height):
     """(scale, height of the ground in the capture, what the scale may differ by). heights: NaN where none is known."""
-    told = ~np.isnan(heights)
-    if told.sum() >= 4 and np.ptp(heights[told]) > 0.3:
-        # A line through heights of markers over those of landmarks; what is far off it (a bent knee) counts less.
-        design, weights = np.stack([heights[told], np.ones(told.sum())], axis=1), np.ones(told.sum())
-        for _ in range(5):
-            root = np.sqrt(weights)[:, None]
-            tall, base = np.linalg.lstsq(root * design, root[:, 0] * markers[told, 2], rcond=None)[0]
-            off = np.abs(design @ [tall, base] - markers[told, 2])
-            weights = 1.0 / (1.0 + (off / max(np.median(off), 1e-6)) ** 2)
-        by_parts, trunk = _tall_by_parts(markers, names, heights), heights > 0.5
-        if tall < BENT * by_parts:
-            base = np.median(markers[trunk, 2] - by_parts * heights[trunk])
-            return height / by_parts, base, SCALE_BENT
-        if tall > 0.0:
-            return height / tall, base, SCALE_KNOWN
+    tall, base = _tall_by_heights(markers, heights)
+    by_parts, trunk = _tall_by_parts(markers, names, heights), heights > 0.5
+    if tall < BENT * by_parts:
+        return height / by_parts, np.median(markers[trunk, 2] - by_parts * heights[trunk]), SCALE_BENT
+    if tall > 0.0:
+        return height / tall, base, SCALE_KNOWN
     tall = np.ptp(markers[:, 2])
     if tall < LOW * PERSON < height < PERSON / LOW:  # a part of a person, over the ground of the capture
         return height / PERSON, min(0.0, markers[:, 2].min()), SCALE_KNOWN

@@ -19,7 +19,7 @@ LIMBS = ("thigh", "shank")
 #: Radians that a segment's roll may be off: how badly its markers fit it, over how far they are from its axis.
 ROLL = 1.0
 #: What each of these takes from the strength of a cuff.
-DOUBT = 0.5
+DOUBT = 0.4
 #: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span.
 COUNT, THICKEST = 3, 0.3
 
@@ -54,8 +54,9 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         if name.split(".")[0] not in LIMBS or len(members) < 3:
             continue
         points, middle = rest[members], rest[members].mean(axis=0)
+        own = [k for k in members if k < len(anchors)]  # where hips are in a thigh is less sure than how they turn it
         _, (_, across, _), (axis, *_) = np.linalg.svd(points - middle)
-        turns, centres, off = _motion(points, moving[:, members])
+        turns, off = _motion(points, moving[:, members])
         error = off * np.sqrt(len(members)) / max(across, 1e-300)
         if not error < ROLL:
             refused[name] = error
@@ -65,27 +66,26 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         ring = ring_around(middle, axis, vertices, triangles)
         if ring is None or ring.radius > THICKEST * np.ptp(along):
             continue  # no limb but a trunk
-        held = [anchors[k] for k in members if k < len(anchors)]
         free = np.setdiff1d(ring.numbers, list(taken))
-        chosen = free[spread(ring.ways(vertices[free]), ring.ways(vertices[held]), COUNT)].tolist()
+        chosen = free[spread(ring.ways(vertices[free]), ring.ways(vertices[[anchors[k] for k in own]]), COUNT)].tolist()
         if len(chosen) == COUNT:
             taken |= set(chosen)
             centre = vertices[chosen].mean(axis=0)
-            centres = centres + np.einsum("fij,j->fi", turns, centre - points.mean(axis=0))
+            centres = moving[:, own].mean(axis=1) + np.einsum("fij,j->fi", turns, centre - rest[own].mean(axis=0))
             strength = 1.0 - DOUBT * error
             cuffs.append(Cuff(name, np.array(chosen), centre, ring.radius, strength, turns, centres))
     return cuffs, refused
 
 
 def _motion(rest, moving):
-    """((f, 3, 3) turns, (f, 3) centres, rms by which they are off) of markers moving (f, k, 3) as a rigid body, rest
-    (k, 3); NaN in frames without all of them."""
+    """((f, 3, 3) turns, rms by which they are off) of markers moving (f, k, 3) as a rigid body, rest (k, 3); NaN in
+    frames without all of them."""
     turns, centres = fit_rotations(rest, moving), moving.mean(axis=1)
     turns[np.isnan(centres[:, 0])] = np.nan
     carried = centres[:, None] + np.einsum("fij,kj->fki", turns, rest - rest.mean(axis=0))
     squares = ((moving - carried) ** 2).sum(axis=2)
     squares = squares[~np.isnan(squares[:, 0])]
-    return turns, centres, float(np.sqrt(squares.mean())) if len(squares) else np.inf
+    return turns, float(np.sqrt(squares.mean())) if len(squares) else np.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,16 +29,13 @@ def forward(markers, names):
 
     markers  (m, 3) without NaN; names  m landmarks or None.
     """
-    heights = [(place.height if place else None) or 0.0 for place in map(places.place_of, names)]
-    sides = {"L": [], "R": []}
+    heights, on = places.heights_of(names), np.array([places.side_of(name) or "" for name in names])
     for least in (0.5, 0.01):  # the trunk's; legs may be in a step
-        if not sides["L"] or not sides["R"]:
-            told = [k for k, height in enumerate(heights) if height > least]
-            sides = {side: [markers[k] for k in told if places.side_of(names[k]) == side] for side in "LR"}
-    if not sides["L"] or not sides["R"]:
-        return None
-    across = np.mean(sides["L"], axis=0) - np.mean(sides["R"], axis=0)
-    return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
+        left, right = (markers[(heights > least) & (on == side)] for side in "LR")
+        if len(left) and len(right):
+            across = left.mean(axis=0) - right.mean(axis=0)
+            return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
+    return None
 
 
 def of_limb(names, ways, first, second):

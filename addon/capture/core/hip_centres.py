@@ -4,9 +4,8 @@
 import numpy as np
 
 from ...scene.core.rigid import fit_rotations
-from .landmarks import side_of
 
-HIPS = ("hip.L", "hip.R")
+HIPS, FRONT = ("hip.L", "hip.R"), ("pelvis.front.L", "pelvis.front.R")
 
 
 def hips_of(points, landmarks):
@@ -18,18 +17,14 @@ def hips_of(points, landmarks):
     """
     if set(HIPS) <= set(landmarks):
         return points[[landmarks.index(name) for name in HIPS]]
-    front, back = {}, []
-    for point, landmark in zip(points, landmarks, strict=True):
-        if (landmark or "").startswith("pelvis.front"):
-            front[side_of(landmark)] = point
-        elif (landmark or "").startswith("pelvis.back"):
-            back.append(point)
-    if not {"L", "R"} <= set(front) or not back:
+    back = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.back")]
+    if not {*FRONT} <= {*landmarks} or not back:
         return np.zeros((0, 3))
-    middle, left = 0.5 * (front["L"] + front["R"]), front["L"] - front["R"]
+    front = points[[landmarks.index(name) for name in FRONT]]
+    middle, left = front.mean(axis=0), front[0] - front[1]
     width = max(np.linalg.norm(left), 1e-12)
     left = left / width
-    backward = np.mean(back, axis=0) - middle
+    backward = points[back].mean(axis=0) - middle
     backward -= (backward @ left) * left
     backward /= max(np.linalg.norm(backward), 1e-12)
     down = np.cross(backward, left)

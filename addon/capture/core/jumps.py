@@ -63,9 +63,7 @@ def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     size = units.median_extent(positions)
     if not size > 0.0:
         return []
-    breaks = []
-    for marker in range(positions.shape[1]):
-        breaks += _breaks(positions, marker, size)
+    breaks = [one for marker in range(positions.shape[1]) for one in _breaks(positions, marker, size)]
     findings, rest = ([], breaks) if are_joints else _swaps(breaks, rate_hz * TOGETHER, names)
     for one in rest:
         distance = 1000.0 * float(np.linalg.norm(one.place - one.expected))

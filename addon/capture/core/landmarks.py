@@ -7,6 +7,8 @@ nearly rigid ("thigh.L"), or one that holds two such parts together ("waist", "n
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Place:
@@ -19,56 +21,41 @@ class Place:
     height: float | None = None
 
 
-PLACES = {
+#: {landmarks that lie alike: their place}. The hip is the center of the joint: no marker, but found from those of the
+#: pelvis (hip_centres.py).
+_PLACES = {
     "head.top": Place(("head", "neck"), 1.0),
-    "head.front": Place(("head", "neck"), 0.94),
-    "head.side": Place(("head", "neck"), 0.94),
-    "head.back": Place(("head", "neck"), 0.94),
+    "head.front head.side head.back": Place(("head", "neck"), 0.94),
+    "head.joint": Place(("head", "neck"), 0.88),
     "neck.back": Place(("torso", "neck"), 0.85),
+    "neck.joint": Place(("torso", "neck"), 0.84),
     "clavicle": Place(("torso", "neck"), 0.81),
+    "clavicle.joint": Place(("torso", "neck")),
     "sternum": Place(("torso", "waist"), 0.73),
     "back": Place(("torso", "waist"), 0.74),
+    "spine": Place(("torso", "waist")),
     "back.shoulder": Place(("torso",), 0.77),
     "shoulder": Place(("torso", "neck", "upper_arm.*"), 0.82),
+    "shoulder.joint": Place(("torso", "neck", "upper_arm.*"), 0.80),
     "upper_arm": Place(("upper_arm.*",)),
-    "elbow": Place(("upper_arm.*", "forearm.*")),
-    "elbow.inner": Place(("upper_arm.*", "forearm.*")),
+    "elbow elbow.inner elbow.joint": Place(("upper_arm.*", "forearm.*")),
     "forearm": Place(("forearm.*",)),
-    "wrist": Place(("forearm.*", "hand.*")),
-    "wrist.thumb": Place(("forearm.*", "hand.*")),
-    "wrist.little": Place(("forearm.*", "hand.*")),
-    "hand": Place(("hand.*", "forearm.*")),
-    "hand.thumb": Place(("hand.*", "forearm.*")),
+    "wrist wrist.thumb wrist.little wrist.joint": Place(("forearm.*", "hand.*")),
+    "hand hand.thumb hand.joint": Place(("hand.*", "forearm.*")),
     "pelvis.front": Place(("pelvis", "waist"), 0.56),
     "pelvis.side": Place(("pelvis", "waist"), 0.58),
     "pelvis.back": Place(("pelvis", "waist"), 0.57),
-    # The center of the joint: no marker, but found from those of the pelvis (see hip_centres.py).
+    "pelvis.joint": Place(("pelvis", "waist"), 0.55),
     "hip": Place(("pelvis", "thigh.*"), 0.53),
     "thigh": Place(("thigh.*",), 0.40),
-    "knee": Place(("thigh.*", "shank.*"), 0.285),
-    "knee.inner": Place(("thigh.*", "shank.*"), 0.285),
+    "knee knee.inner knee.joint": Place(("thigh.*", "shank.*"), 0.285),
     "shank": Place(("shank.*",), 0.17),
-    "ankle": Place(("shank.*", "foot.*"), 0.039),
-    "ankle.inner": Place(("shank.*", "foot.*"), 0.039),
-    "heel": Place(("foot.*",), 0.02),
-    "toe": Place(("foot.*",), 0.02),
-    "toe.big": Place(("foot.*",), 0.02),
-    "toe.little": Place(("foot.*",), 0.015),
-    "toe.tip": Place(("foot.*",), 0.015),
-    # What skeletons have in place of markers: centers of joints, inside of the body ("hip" above is one, too).
-    "pelvis.joint": Place(("pelvis", "waist"), 0.55),
-    "spine": Place(("torso", "waist")),
-    "neck.joint": Place(("torso", "neck"), 0.84),
-    "head.joint": Place(("head", "neck"), 0.88),
-    "clavicle.joint": Place(("torso", "neck")),
-    "shoulder.joint": Place(("torso", "neck", "upper_arm.*"), 0.80),
-    "elbow.joint": Place(("upper_arm.*", "forearm.*")),
-    "wrist.joint": Place(("forearm.*", "hand.*")),
-    "hand.joint": Place(("hand.*", "forearm.*")),
-    "knee.joint": Place(("thigh.*", "shank.*"), 0.285),
+    "ankle ankle.inner": Place(("shank.*", "foot.*"), 0.039),
     "ankle.joint": Place(("shank.*", "foot.*"), 0.05),
-    "toe.joint": Place(("foot.*",), 0.02),
+    "heel toe toe.big toe.joint": Place(("foot.*",), 0.02),
+    "toe.little toe.tip": Place(("foot.*",), 0.015),
 }
+PLACES = {name: place for names, place in _PLACES.items() for name in names.split()}
 
 #: Joints of a skeleton without its fingers.
 JOINTS = 20
@@ -93,6 +80,11 @@ def place_of(landmark):
     name = landmark[:-2] if side_of(landmark) else landmark
     head, _, tail = name.rpartition(".")
     return PLACES.get(head if tail.isdigit() else name)
+
+
+def heights_of(landmarks):
+    """(m,) over that of the standing body, of names or None; NaN where none is known."""
+    return np.array([(place.height if place else None) or np.nan for place in map(place_of, landmarks)])
 
 
 def segments_of(landmark):
@@ -134,7 +126,6 @@ def feet(landmarks):
     """{"L": [...], "R": [...]}: indices of the landmarks that touch the ground; {} without."""
     result = {}
     for number, landmark in enumerate(landmarks):
-        place, side = place_of(landmark), side_of(landmark)
-        if place and side and landmark.startswith(("heel", "toe")):
-            result.setdefault(side, []).append(number)
+        if side_of(landmark) and landmark.startswith(("heel", "toe")):
+            result.setdefault(side_of(landmark), []).append(number)
     return result

@@ -48,10 +48,11 @@ def posed_and_actor(markers, landmarks, body):
     hips = hips_of(markers, landmarks)
     result = markers.copy()
     for number, side in enumerate("LR"):
-        shoulder, other = (_middle(markers, landmarks, which, "shoulder") for which in (side, "RL"[number]))
-        if shoulder is not None and other is not None:
-            below = 0.0 if body.is_for_joints else BELOW * body.height
-            _pose_arm(result, landmarks, side, shoulder - [0.0, 0.0, below], shoulder - other, body, looks)
+        own, other = (markers[_numbers(landmarks, which, ("shoulder",))] for which in (side, "RL"[number]))
+        if len(own) and len(other):
+            shoulder, below = own.mean(axis=0), 0.0 if body.is_for_joints else BELOW * body.height
+            across = shoulder - other.mean(axis=0)
+            _pose_arm(result, landmarks, side, shoulder - [0.0, 0.0, below], across, body, looks)
         if len(hips):
             out = _level(hips[number] - hips[1 - number])
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
@@ -142,11 +143,6 @@ def _keep_better(markers, limb, posed):
 
 def _numbers(landmarks, side, names):
     return [number for number, name in enumerate(landmarks) if side_of(name) == side and name.split(".")[0] in names]
-
-
-def _middle(markers, landmarks, side, name):
-    numbers = _numbers(landmarks, side, (name,))
-    return markers[numbers].mean(axis=0) if numbers else None
 
 
 def _level(way):

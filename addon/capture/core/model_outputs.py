@@ -8,18 +8,9 @@ else shows by the names alone.
 import re
 
 #: Parameter of POINT that lists labels -> what they are.
-KINDS = {
-    "ANGLES": "angles",
-    "FORCES": "forces",
-    "MOMENTS": "moments",
-    "POWERS": "powers",
-    "SCALARS": "scalars",
-    "REACTIONS": "reactions",
-    "MODELED_MARKERS": "virtual points",
-    "MODELLED_MARKERS": "virtual points",
-    "VIRTUAL_MARKERS": "virtual points",
-    "BONES": "segment axes",
-}
+KINDS = {name: name.lower() for name in ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")}
+KINDS |= dict.fromkeys(("MODELED_MARKERS", "MODELLED_MARKERS", "VIRTUAL_MARKERS"), "virtual points")
+KINDS |= {"BONES": "segment axes"}
 UNLABELLED = "unlabelled points"
 
 #: Names of points that no marker can be: joint centers, center of mass, V_ for virtual (Motion Analysis), what is on

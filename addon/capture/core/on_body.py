@@ -16,7 +16,7 @@ LOOSE, REACH, FRAMES, MOST = 0.06, 0.45, 100, (0.05, 0.95)
 #: With as many known names, these are the body; else what most markers are on.
 ENOUGH = 6
 #: Over the body's height, how far from the skin a marker may lie: with posed limbs, without, and with a known name.
-FAR, FAR_UNPOSED, FAR_NAMED = 0.1, 0.25, 0.5
+FAR, FAR_UNPOSED, FAR_NAMED = 0.08, 0.25, 0.5
 
 
 def goes_along(positions, reference, is_known):

@@ -95,9 +95,7 @@ def _solved(graph, turns, markers, reference, character):
     least = 1e-3 * np.median(rest_lengths)
     lengths = np.linalg.norm(of_character, axis=1)
     weights = 1.0 / np.maximum(lengths, least) ** 2  # relative errors count
-    incidence = np.zeros((len(first), len(reference)))
-    rows = np.arange(len(first))
-    incidence[rows, second], incidence[rows, first] = 1.0, -1.0
+    incidence = np.eye(len(reference))[second] - np.eye(len(reference))[first]
     solve = np.linalg.pinv(incidence.T @ (weights[:, None] * incidence), rcond=1e-10) @ (incidence.T * weights)
     result = np.empty_like(markers)
     for begin in range(0, len(markers), 512):

@@ -54,7 +54,7 @@ def standing(path, sample, landmarks, rate):
     """(m, 3): markers path (f, m, 3) at a sample, with legs as where they stand if their foot does not lie flat then.
 
     A leg is from where its foot lies flat and the pelvis is highest above it, turned about the upright axis and moved
-    along the ground as the pelvis is. So a step of a walk tells how the person stands.
+    as the pelvis is. So a step of a walk, or on stairs, tells how the person stands.
     """
     result, segments = path[sample].copy(), [set(places.segments_of(name)) for name in landmarks]
     seen = [k for k, some in enumerate(segments) if some and not np.isnan(result[k, 0])]
@@ -66,9 +66,9 @@ def standing(path, sample, landmarks, rate):
         rise = path[:, pelvis, 2].mean(axis=1) - path[:, leg, 2].mean(axis=1)
         rise = np.where(flat & ~np.isnan(rise), rise, -np.inf)
         if not flat[sample] and np.isfinite(rise.max()):
-            then, now = path[[rise.argmax(), sample]][:, pelvis] * LEVEL
-            turn, centre = fit_rotations(then, now), then.mean(axis=0)
-            result[leg] = now.mean(axis=0) + (path[rise.argmax(), leg] - centre) @ turn.T
+            then, now = path[[rise.argmax(), sample]][:, pelvis]
+            turn = fit_rotations(then * LEVEL, now * LEVEL)
+            result[leg] = now.mean(axis=0) + (path[rise.argmax(), leg] - then.mean(axis=0)) @ turn.T
     return result
 
 
