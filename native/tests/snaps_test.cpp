@@ -97,6 +97,13 @@ TEST(Snaps, SteadyMotionAndSwingsAsOfTheTargetsAreNone) {
     EXPECT_EQ(snaps_of(path([](Index t) { return std::sin(0.2 * t) + step(t); }), 0.1), std::vector<Index>{31});
 }
 
+TEST(Snaps, SwingsThatAreFasterThanTheTargetsAreNone) {
+    // Steps up to three times as large as those far from it, but of five frames: a limb that turns through.
+    const auto turning = [](Index t) { return 0.04 * t + 0.12 * std::tanh(0.45 * (t - 30.5)); };
+    EXPECT_EQ(snaps_of(path(turning)), std::vector<Index>());
+    EXPECT_EQ(snaps_of(path([](Index t) { return 0.04 * t + 0.12 * step(t); })), std::vector<Index>{31});
+}
+
 TEST(Snaps, WhatTargetsAskForIsNone) {
     Frames motion = path([](Index t) { return 1e4 + 0.3 * step(t); });
     Trajectories targets{kFrames + 5, 2, {}, {}};  // five frames before the run, and an anchor that is free

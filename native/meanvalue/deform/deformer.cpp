@@ -42,6 +42,7 @@ Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, 
         decode_options.threads = threads;
         decode_options.in_drag = in_drag;
         decode_options.is_last = options.settle;
+        decode_options.leaves_off = options.leaves_off;
         const Decoder& decoder = bound.decoder();
         report = decoder.decode(decode_options, workspace, positions, execution);
         if (previous != nullptr && options.settle) {

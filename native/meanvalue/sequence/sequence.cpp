@@ -137,6 +137,7 @@ class SequenceSolve {
         SolveOptions options;
         options.tolerance = options_.tolerance;
         options.max_iterations = options_.max_iterations;
+        options.leaves_off = false;
         options.weights = weights_at(trajectories_, frame);
         options.threads = threads;
         const auto fail = [&](const std::exception& error) {

@@ -19,6 +19,8 @@ constexpr Index kBeside = 2;
 constexpr std::array<Index, 4> kFar = {-5, -4, 4, 5};
 constexpr double kBlunt = 1.5;
 constexpr double kSharp = 2.5;
+// A step that exceeds the two beside it by less than this share of itself is of a swing, however fast.
+constexpr double kOfStep = 0.6;
 // Points whose excess is below so many limits stay, those of twice that go with the snap.
 constexpr double kOfLimit = 1.5;
 constexpr double kFewestFrames = 3.0;
@@ -105,11 +107,13 @@ std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index fir
 
 std::vector<Snap> RunPaths::find_snaps(const std::vector<double>& limits, const Execution& execution) const {
     std::vector<double> beside(frame_count_, 0.0);  // how far each step exceeds those beside it
+    std::vector<char> is_swing(frame_count_, 0);
     for (Index step = kBeside + 1; step + kBeside < frame_count_; ++step) {
         execution.check();
         if (!are_solved(step - kBeside - 1, step + kBeside + 1)) continue;
         const auto change = [&](Index at, std::size_t k) { return points_[at][k] - points_[at - 1][k]; };
         float most = 0.0F;
+        std::size_t farthest = 0;
         for (std::size_t k = 0; k < numbers_; k += 3) {
             float square = 0.0F;
             for (std::size_t axis = k; axis < k + 3; ++axis) {
@@ -117,9 +121,14 @@ std::vector<Snap> RunPaths::find_snaps(const std::vector<double>& limits, const 
                     change(step, axis) - 0.5F * (change(step - kBeside, axis) + change(step + kBeside, axis));
                 square += excess * excess;
             }
-            most = std::max(most, square);
+            if (square <= most) continue;
+            most = square;
+            farthest = k;
         }
         beside[step] = std::sqrt(double{most});
+        const std::array<double, 3> own = {change(step, farthest), change(step, farthest + 1),
+                                           change(step, farthest + 2)};
+        is_swing[step] = beside[step] < kOfStep * length_of(own.data());
     }
     std::vector<Snap> snaps;
     for (Index step = kBeside + 1; step + kBeside < frame_count_; ++step) {
@@ -131,7 +140,7 @@ std::vector<Snap> RunPaths::find_snaps(const std::vector<double>& limits, const 
         std::sort(far.begin(), far.end());
         const double around = std::max(limits[step], far.empty() ? 0.0 : far[far.size() / 2]);
         const double share = std::clamp((beside[step] / around - kBlunt) / (kSharp - kBlunt), 0.0, 1.0);
-        if (share > 0.0) snaps.push_back({step, beside[step], share});
+        if (share > 0.0 && !is_swing[step]) snaps.push_back({step, beside[step], share});
     }
     return snaps;
 }

@@ -26,6 +26,8 @@ struct SolveOptions {
     /// With a start: solve from rest too, and keep the lower energy of both ends. For the end of a drag: the result
     /// is then at least as good as a solve of the targets alone.
     bool settle = false;
+    /// In a drag: a frame in a long valley ends early, since the next one makes up for it. Not where each is kept.
+    bool leaves_off = true;
     /// k numbers from 0 to 1, in the order of the anchors, or empty: what the strength of each soft anchor is
     /// multiplied with, 1 for hard ones. At 0 an anchor is free for this solve, and its target may be anything.
     std::vector<double> weights = {};

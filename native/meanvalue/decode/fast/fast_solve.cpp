@@ -86,10 +86,10 @@ DecodeReport FastSolve::run(Positions& positions) {
             relax_with_examples(coarsest(), kWarmRounds, coarse);
             blend_examples(whole());
         }
-        const bool may_leave_off = goes_on_ && !options_.is_last;
-        if (!may_leave_off) lbfgs.energy_tolerance = 0.0;
+        const bool goes_further = goes_on_ && !options_.is_last;
+        if (!goes_further || !options_.leaves_off) lbfgs.energy_tolerance = 0.0;
         lbfgs.enough_energy = options_.enough_energy;
-        lbfgs.patience = may_leave_off ? kPatience : 0;
+        lbfgs.patience = goes_further ? kPatience : 0;
         lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
     }
     const auto minimise_whole = [&] {
