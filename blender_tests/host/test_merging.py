@@ -69,14 +69,17 @@ def test_what_is_apart_in_another_shape_stays_apart():
 
 
 @pytest.mark.parametrize("is_turned", [False, True])
-@pytest.mark.parametrize("offset", [0.0, 1e-7])
-def test_open_borders_in_one_place_are_one_and_layers_are_not(is_turned, offset):
+def test_open_borders_in_one_place_are_one_and_so_are_doubles_and_other_layers_are_not(is_turned):
     vertices, triangles = tube()
-    layers = np.concatenate([vertices, vertices + offset])
-    both = np.concatenate([triangles, len(vertices) + (triangles[:, ::-1] if is_turned else triangles)])
-    places = given(layers, both, np.arange(12), close_seams=True).solver_mesh.places.reshape(2, -1)
-    is_end = (vertices[:, 2] == 0.0) | (vertices[:, 2] == 6.0)
-    assert np.array_equal(places[0] == places[1], is_end)
+    expected, _ = bent_tube(vertices, triangles, 192)
+    inner = triangles[(triangles < 96).all(axis=1), :: -1 if is_turned else 1]  # shorter
+    both, numbers = np.concatenate([inner, triangles + 96]), np.r_[:96, :192]
+    layers, anchors, moves = vertices[numbers], np.r_[96:108, 276:288], (expected - vertices)[numbers]
+    bind_input = given(layers, both, anchors, np.repeat([0, 1], 12), close_seams=True)
+    result, _ = solved(bind_input, both, bind_input.anchor_rest + moves[anchors])
+    assert np.abs(result - bind_input.rest - moves).max() < 1e-3 and bind_input.joined_places == 96
+    layers[50, 0] += 0.01  # no double
+    assert given(layers, both, anchors, close_seams=True).joined_places == 12
     assert given(vertices, triangles, np.arange(12), close_seams=True).copies is None
 
 

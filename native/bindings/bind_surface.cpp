@@ -127,6 +127,17 @@ py::array_t<Index> firsts_of_places(const py::object& points, double distance) {
     return py::array_t<Index>(static_cast<py::ssize_t>(found.size()), found.data());
 }
 
+py::array_t<Index> firsts_of_seams(const py::object& points, const py::object& face_corners,
+                                   const py::object& face_starts, double distance) {
+    const PositionsArray given(points, "points");
+    const std::vector<Index> corners = as_indices(face_corners, "face_corners", "vertex");
+    const std::vector<Index> starts = as_indices(face_starts, "face_starts", "corner");
+    const auto execution = std::make_shared<Execution>();
+    const std::vector<Index> found =
+        beside(execution, [&] { return first_of_seams(given.view(), corners, starts, distance, *execution); });
+    return py::array_t<Index>(static_cast<py::ssize_t>(found.size()), found.data());
+}
+
 py::array_t<Index> borders(Index count, const py::object& face_corners, const py::object& face_starts) {
     const std::vector<Index> corners = as_indices(face_corners, "face_corners", "vertex");
     const std::vector<Index> starts = as_indices(face_starts, "face_starts", "corner");
@@ -211,6 +222,14 @@ void bind_surface(py::module_& module) {
         "(n,) int32: for each of points (n, 3) the lowest of those that steps of at most `distance` lead to;\n"
         "itself for one that is not finite. Of more than 8 points that are nearer together than about half of\n"
         "that, those that are outermost along the axes stand for all in steps to others.\n"
+        "Raises InvalidInput that names what is wrong.");
+    module.def(
+        "first_of_seams", &firsts_of_seams, py::arg("points"), py::arg("face_corners"), py::arg("face_starts"),
+        py::arg("distance"),
+        "(n,) int32: for each of points (n, 3) one that it is one with: vertices of open borders in one place are,\n"
+        "and those of a double, a piece that lies on others with all its vertices and begins at such a border.\n"
+        "Other vertices in one place are layers, and stay apart. It is the lowest, but no double's if it can be.\n"
+        "Places are as of first_of_place(), faces as of border_edges().\n"
         "Raises InvalidInput that names what is wrong.");
 }
 

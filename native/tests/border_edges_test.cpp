@@ -51,6 +51,33 @@ TEST(BorderEdges, OfRandomFacesAreThoseThatCountingFinds) {
     }
 }
 
+TEST(Seams, JoinBordersAndWhatLiesOnASurfaceWithAllItsVertices) {
+    const Mesh sheet = grid(5, 5, 0.0);
+    const Index n = static_cast<Index>(sheet.vertices.rows());
+    const auto joined = [&](const Positions& second, bool is_turned) {
+        Positions points(2 * n, 3);
+        points << sheet.vertices, second;
+        std::vector<Index> corners, starts;
+        for (Index f = 0; f < 2 * sheet.faces.rows(); ++f) {
+            starts.push_back(3 * f);
+            const bool is_second = f >= sheet.faces.rows();
+            for (int k = 0; k < 3; ++k) {
+                corners.push_back(sheet.faces(f % sheet.faces.rows(), is_second && is_turned ? 2 - k : k) +
+                                  (is_second ? n : 0));
+            }
+        }
+        const auto first = first_of_seams(points, corners, starts, 1e-6, Execution());
+        return std::count_if(first.begin() + n, first.end(), [&](Index v) { return v < n; });
+    };
+    Positions raised = sheet.vertices;
+    raised(12, 2) += 0.1;
+    for (const bool is_turned : {false, true}) {
+        EXPECT_EQ(joined(sheet.vertices, is_turned), 25);
+        EXPECT_EQ(joined(raised, is_turned), 16);  // the borders
+        EXPECT_EQ(joined(sheet.vertices.array() + 0.1, is_turned), 0);
+    }
+}
+
 TEST(BorderEdges, OfNoMeshAreRefused) {
     EXPECT_THROW(border_edges(3, {0, 1, 3}, {0}, Execution()), InvalidInput);
     EXPECT_THROW(border_edges(3, {0, 1, -1}, {0}, Execution()), InvalidInput);

@@ -86,6 +86,18 @@ TEST(OneRing, WhatFitsNoManifoldIsAFanOfItsOwn) {
     EXPECT_EQ(ring(rings, 0), (std::vector<Index>{3, 1, 2}));
 }
 
+TEST(OneRing, IsThatOfTheFirstSurfaceWhereASecondOneLiesOnIt) {
+    const Mesh sheet = grid(5, 5, 0.0);
+    Mesh both = sheet;
+    both.faces.conservativeResize(2 * sheet.faces.rows(), 3);
+    both.faces.bottomRows(sheet.faces.rows()) = sheet.faces.rowwise().reverse();
+    const OneRings rings = rings_of(both);
+    EXPECT_EQ(rings.vertices, rings_of(sheet).vertices);
+    EXPECT_EQ(rings.detached_triangle_count, sheet.faces.rows());
+    EXPECT_EQ(rings.kinds[12], RingKind::kClosed);
+    EXPECT_EQ(rings.kinds[0], RingKind::kNonManifold);
+}
+
 TEST(OneRing, RefusesNumbersOutsideTheMeshAndATriangleThatNamesAVertexTwice) {
     Triangles faces(2, 3);
     const auto refusal = [&] { return message_of<InvalidInput>([&] { collect_one_rings(3, faces, Execution()); }); };

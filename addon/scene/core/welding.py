@@ -25,28 +25,26 @@ SURE = 0.1
 
 
 def copies(rest, closes_seams, merge_distance, face_corners, face_starts):
-    """n int: of n x 3 float32 `rest` the lowest numbered copy of each vertex; None where each is its own.
+    """n int: of n x 3 float32 `rest` one copy for all copies of a vertex; None where each is its own.
 
-    closes_seams: vertices of open borders in one place are copies; merge_distance: and all that are so near, if > 0.
+    closes_seams: as first_of_seams() of the core says; merge_distance: if > 0, all that are so near are copies.
     """
     if not closes_seams and merge_distance <= 0.0:
         return None
-    distance = max(merge_distance, rounding(rest) if closes_seams else 0.0)
-    first = some = np.arange(len(rest))
-    if merge_distance <= 0.0:
-        some = np.unique(native_loader.module().border_edges(len(rest), face_corners, face_starts))
-    first[some] = some[first_of_place(rest[some], distance)]
+    if merge_distance > 0.0:
+        first = first_of_place(rest, max(merge_distance, rounding(rest) if closes_seams else 0.0))
+    else:
+        first = native_loader.module().first_of_seams(rest, face_corners, face_starts, rounding(rest)).astype(np.int64)
     return None if np.array_equal(first, np.arange(len(first))) else first
 
 
 def rounding(rest):
     """How far copies of a vertex may be apart for all that is known of single precision."""
-    return ROUNDING * float(np.ptp(rest, axis=0).max(initial=0.0)) if len(rest) else 0.0
+    return ROUNDING * max(float(np.ptp(axis)) for axis in rest.T) if len(rest) else 0.0
 
 
 def together(first, shapes, merge_distance):
-    """Of `first`, as of copies(), what lies together in all n x 3 `shapes` too, as lips do not that a key opens; or
-    None."""
+    """What of `first`, as of copies(), lies together in all n x 3 `shapes`, unlike lips that a key opens; or None."""
     if first is None:
         return None
     count, first = len(first), first.astype(np.int64)  # numpy 1 has 32 bits on Windows

@@ -95,10 +95,12 @@ class WholeMesh:
         return self._images[0]
 
     def triangles(self, triangles):
-        """m x 3 int32 of the mesh to M x 3 of the whole, facing out. Without those that merging leaves no area;
-        faces that lie in a seam are there once."""
+        """m x 3 int32 of the mesh to M x 3 of the whole, facing out. Without those that merging leaves no area; faces
+        that lie in a seam are there once. Copies are last: of faces in one place the core reads the first."""
         merged = self._merged[triangles]
         triangles = triangles[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
+        is_copy = self._firsts[self._merged] != np.arange(len(self._merged))
+        triangles = triangles[np.argsort(is_copy[triangles].all(axis=1), kind="stable")]
         found, is_new = [self._images[0][triangles]], [np.ones(len(triangles), bool)]
         for before, is_double in self._counts_before:
             for number in range(len(is_new)):

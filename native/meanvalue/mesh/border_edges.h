@@ -1,4 +1,4 @@
-// Where the surface of a mesh ends.
+// Where the surface of a mesh ends, and where it goes on all the same.
 #pragma once
 
 #include <utility>
@@ -14,5 +14,10 @@ namespace meanvalue {
 /// @throws InvalidInput, Cancelled.
 std::vector<std::pair<Index, Index>> border_edges(Index count, const std::vector<Index>& corners,
                                                   const std::vector<Index>& starts, const Execution& execution);
+
+/// For each vertex the lowest that it is one with, no double's if it can: those of borders in one place are, and a
+/// double: a piece from there on that lies on others with all its vertices. What is given is as of the others.
+std::vector<Index> first_of_seams(const PositionsView& points, const std::vector<Index>& corners,
+                                  const std::vector<Index>& starts, double distance, const Execution& execution);
 
 }  // namespace meanvalue

@@ -1,6 +1,7 @@
 // Which of some numbered items hang together (union-find).
 #pragma once
 
+#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -24,11 +25,7 @@ class DisjointSets {
     void join(Index a, Index b) {
         a = root(a);
         b = root(b);
-        if (a < b) {
-            parent_[b] = a;
-        } else {
-            parent_[a] = b;
-        }
+        parent_[std::max(a, b)] = std::min(a, b);
     }
 
   private:

@@ -81,21 +81,22 @@ std::vector<Index> join_cells(const Grid& grid, const PositionsView& points, con
     return stands;
 }
 
-/// Those of `numbers` that another one is near to in one direction, for speed.
-std::vector<Index> maybe_near(const PositionsView& points, const std::vector<Index>& numbers, double distance) {
-    std::vector<std::pair<double, Index>> along;
-    double farthest = 0.0;
+/// Those of `numbers` that another one may be near to, by their cells along one direction, for speed.
+std::vector<Index> maybe_near(const Grid& grid, const PositionsView& points, const std::vector<Index>& numbers) {
+    std::size_t size = 16;
+    while (size < 16 * numbers.size())
+        size *= 2;
+    std::vector<char> counts(size, 0);
+    const auto count = [&](std::size_t cell) -> char& { return counts[cell & (size - 1)]; };
+    std::vector<std::size_t> cells;
     for (const Index v : numbers) {
-        along.emplace_back(kAlong.dot(Vector3(points.row(v))), v);
-        farthest = std::max(farthest, std::abs(along.back().first));
+        const double along = kAlong.dot(Vector3(points.row(v)) - grid.low) / (1.001 * grid.side);  // rounding
+        cells.push_back(static_cast<std::size_t>(along) + 1);
+        count(cells.back()) = count(cells.back()) == 0 ? 1 : 2;
     }
-    std::sort(along.begin(), along.end());
-    const double limit = distance + 1e-14 * farthest;  // rounding
     std::vector<Index> found;
-    for (std::size_t k = 0; k < along.size(); ++k) {
-        const bool is_near = (k > 0 && along[k].first - along[k - 1].first <= limit) ||
-                             (k + 1 < along.size() && along[k + 1].first - along[k].first <= limit);
-        if (is_near) found.push_back(along[k].second);
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+        if (count(cells[k] - 1) + count(cells[k]) + count(cells[k] + 1) > 1) found.push_back(numbers[k]);
     }
     return found;
 }
@@ -118,11 +119,12 @@ std::vector<Index> first_of_place(const PositionsView& points, double distance, 
     DisjointSets places(static_cast<Index>(points.rows()));
     if (!numbers.empty()) {
         const double least = std::max(kLeastCell * (high - low).maxCoeff(), 1e-300);
+        const Grid along{low, std::max(distance, least)}, grid{low, 2.0 * along.side};
+        numbers = maybe_near(along, points, numbers);
         const std::vector<Index> stands =
             join_cells({low, std::max(kWithin * distance, least)}, points, numbers, places);
         execution.check();
-        const Grid grid{low, 2.0 * std::max(distance, least)};
-        const auto order = sorted(grid, points, maybe_near(points, stands, distance));
+        const auto order = sorted(grid, points, maybe_near(along, points, stands));
         for (std::size_t k = 0; k < order.size(); ++k) {  // what is near enough is in one of eight cells
             execution.check_every(k);
             const Vector3 point = points.row(order[k].second);

@@ -155,42 +155,41 @@ void require_triangles(Index vertex_count, const TrianglesView& faces) {
 }
 
 TriangleMesh::TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution)
-    : vertex_count_(vertex_count), connectivity_(std::make_unique<Connectivity>()) {
+    : connectivity_(std::make_unique<Connectivity>()) {
     require_triangles(vertex_count, faces);
-    add_faces(faces, execution);
-}
-
-TriangleMesh::~TriangleMesh() = default;
-TriangleMesh::TriangleMesh(TriangleMesh&&) noexcept = default;
-TriangleMesh& TriangleMesh::operator=(TriangleMesh&&) noexcept = default;
-
-void TriangleMesh::add_faces(const TrianglesView& faces, const Execution& execution) {
     // OpenMesh would print to the console for each triangle that it refuses; we count and report instead. Its switch
     // is one for the process, so it is thrown once and for all.
     static std::once_flag silenced;
     std::call_once(silenced, [] { omerr().disable(); });
     HalfEdgeMesh& mesh = connectivity_->mesh;
-    mesh.reserve(vertex_count_, faces.rows() * 3 / 2 + vertex_count_, faces.rows());
-    connectivity_->original.reserve(vertex_count_);
-    for (Index v = 0; v < vertex_count_; ++v) {
+    mesh.reserve(vertex_count, faces.rows() * 3 / 2 + vertex_count, faces.rows());
+    connectivity_->original.reserve(vertex_count);
+    for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);
         connectivity_->add_vertex(v);
     }
     connectivity_->find_hubs(faces);
     Corners corners;
+    std::vector<Index> detached;
     for (Index f = 0; f < faces.rows(); ++f) {
         execution.check_every(f);
         connectivity_->find_corners(faces, f, corners);
-        if (connectivity_->add_face(faces, f, corners)) continue;
+        if (!connectivity_->add_face(faces, f, corners)) detached.push_back(f);
+    }
+    detached_count_ = static_cast<Index>(detached.size());
+    for (const Index f : detached) {
+        connectivity_->find_corners(faces, f, corners);
+        if (std::none_of(corners.begin(), corners.end(), [&](auto v) { return mesh.is_boundary(v); })) continue;
         corners.clear();
         for (const Index v : faces.row(f)) {
             corners.push_back(connectivity_->add_vertex(v));
             connectivity_->copies[v].push_back(corners.back());
         }
         mesh.add_face(corners);
-        ++detached_count_;
     }
 }
+
+TriangleMesh::~TriangleMesh() = default;
 
 void TriangleMesh::collect_fans(Index vertex, std::vector<Fan>& fans) const {
     fans.clear();

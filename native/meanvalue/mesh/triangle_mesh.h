@@ -22,7 +22,7 @@ void require_triangles(Index vertex_count, const TrianglesView& faces);
 ///
 /// Any set of triangles is accepted. Where a triangle does not fit a manifold (a third one on an edge, one
 /// turned inside out, a duplicate), it is kept as a loose piece of its own, so that its corners have further
-/// fans there; see detached_count().
+/// fans there, or left out where all of these have closed ones, which are larger; see detached_count().
 class TriangleMesh {
   public:
     /// @param faces m x 3 vertex numbers.
@@ -30,12 +30,8 @@ class TriangleMesh {
     /// Cancelled.
     TriangleMesh(Index vertex_count, const TrianglesView& faces, const Execution& execution);
     ~TriangleMesh();
-    TriangleMesh(TriangleMesh&&) noexcept;
-    TriangleMesh& operator=(TriangleMesh&&) noexcept;
 
-    Index vertex_count() const { return vertex_count_; }
-
-    /// Triangles that did not fit and were kept as loose pieces.
+    /// Triangles that did not fit.
     Index detached_count() const { return detached_count_; }
 
     /// Appends every fan of triangles at `vertex` to `fans` after clearing it; none for a loose vertex.
@@ -44,9 +40,6 @@ class TriangleMesh {
 
   private:
     struct Connectivity;
-    void add_faces(const TrianglesView& faces, const Execution& execution);
-
-    Index vertex_count_;
     Index detached_count_ = 0;
     std::unique_ptr<Connectivity> connectivity_;
 };

@@ -413,6 +413,9 @@ def encode(
     execution: Execution | None = None,
 ) -> Encoding: ...
 def first_of_place(points: ArrayLike, distance: float) -> NDArray[np.int32]: ...
+def first_of_seams(
+    points: ArrayLike, face_corners: ArrayLike, face_starts: ArrayLike, distance: float
+) -> NDArray[np.int32]: ...
 def start_bind(
     vertices: ArrayLike,
     faces: ArrayLike,
