@@ -39,14 +39,13 @@ def test_fast_motion_is_no_jump():
     assert find_jumps(falls, 100.0) == []
 
 
-def test_swaps_are_found_with_both_names_and_the_sample():
+def test_swaps_are_found_with_both_markers_and_the_sample():
     walk = walking_figure.take(300, seed=1, noise=0.001)
     labels = walk.labels
     for one, other, begin in (("LKneeOut", "RKneeOut", 100), ("HeadTop", "LToeTip", 33), ("RWristIn", "RHandOut", 250)):
         path = swapped(walk.positions, labels.index(one), labels.index(other), begin)
         (found,) = find_jumps(path, 100.0, labels)
         assert (found.kind, {labels[found.marker], labels[found.other]}, found.sample) == ("swap", {one, other}, begin)
-        assert one in found.words and other in found.words and str(begin) in found.words
 
 
 @pytest.mark.slow
@@ -81,7 +80,6 @@ def test_jumps_away_and_back():
     path[200:, 20] += [0.0, 0.06, 0.0]
     away, back, jump = find_jumps(path, 100.0, walk.labels)
     assert [(found.kind, found.marker, found.sample) for found in (away, back)] == [("jump", 7, 120), ("jump", 7, 123)]
-    assert walk.labels[7] in away.words
     assert (jump.kind, jump.marker, jump.sample, jump.other) == ("jump", 20, 200, None)
 
 

@@ -112,24 +112,20 @@ def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, kind):
         bake(head_motion='BONE', bone="Head", **HEAD)
 
 
-def test_markers_that_tell_nothing_are_named_and_left_out(face, tmp_path, capfd):
+def test_markers_that_tell_nothing_are_left_out(face, tmp_path):
     wand = np.array([0.3, 0.0, 0.0]) + 0.1 * np.sin(np.arange(60) / 9)[:, None]
     others = {f"Wand{k}": wand + 0.03 * np.array([np.sin(k), np.cos(k), k / 20]) for k in range(20)}
     others["Stuck"] = np.tile([0.0, -0.1, 0.0], (60, 1))
     truth = with_take(face, tmp_path, others=others)
     assert bake(**HEAD) == {'FINISHED'}
-    said = capfd.readouterr().out
-    assert "never move: 'Stuck'" in said and "lie far from the surface: 'Wand0'" in said
     assert is_near(face, truth, 0.02)
 
 
-def test_a_marker_that_slips_is_told_and_not_followed(face, tmp_path, capfd):
+def test_a_marker_that_slips_is_not_followed(face, tmp_path):
     slips = faces.recorded(faces.values(), faces.marked())[:, 5].copy()
     slips[30:40] += [0.03, -0.02, 0.0]
     truth = with_take(face, tmp_path, noise=0.0001, others={"Slips": slips})
     assert bake(**HEAD) == {'FINISHED'}
-    said = capfd.readouterr().out
-    assert "too far off to be followed" in said and "'Slips'" in said
     assert is_near(face, truth)
 
 

@@ -51,7 +51,7 @@ def move(control, **channels):
     bpy.context.view_layer.update()
 
 
-def test_sliders_follow_within_their_ranges(face, status):
+def test_sliders_follow_within_their_ranges(face):
     obj, control = face
     assert max(map(abs, values(obj).values())) < 1e-3
     before = meshes.seen(obj)[LEFT].mean(axis=0)
@@ -62,11 +62,9 @@ def test_sliders_follow_within_their_ranges(face, status):
     assert found["Muted"] == 0.0
     moved = meshes.seen(obj)[LEFT].mean(axis=0) - before
     np.testing.assert_allclose(moved, (-0.2, 0.0, 0.4), atol=0.12)
-    assert "'Muted' (muted) is left alone" in status(obj)[0]
     assert obj.meanvalue.result_key not in obj.data.shape_keys.key_blocks
     move(control, z=9.0)
     assert values(obj)["Up L"] == 1.0
-    assert "do not reach as far as 'Left'" in status(obj)[0]
 
 
 def test_a_slow_drag_changes_values_steadily_and_ends_where_a_jump_does(face):
@@ -216,9 +214,7 @@ def test_what_is_wrong_is_said_and_nothing_changes(face, status):
     for key in obj.data.shape_keys.key_blocks[1:]:
         key.mute = True
     move(control, z=0.4)
-    text, is_problem = status(obj)
-    assert is_problem
-    assert "No shape key of" in text
+    assert status(obj)[1]
     assert not any(values(obj).values())
     for key in obj.data.shape_keys.key_blocks[1:]:
         key.mute = False

@@ -81,7 +81,6 @@ def test_a_file_that_was_open_when_the_add_on_is_enabled_is_carried_over(tmp_pat
 def test_handles_that_followed_a_key_are_pins_and_it_is_told_how_to_go_on(opened):
     for name in FOLLOWED_A_KEY:
         assert f"of '{name}' followed a shape key and are pins now" in opened
-    assert "Solve from Shape Key" in opened
     obj = bpy.data.objects["Shaped"]
     meshes.activate(obj)
     before = meshes.seen(obj)

@@ -72,12 +72,11 @@ def keyed(obj, name):
     return take_files.keys(obj.data.shape_keys, f'key_blocks["{name}"].value')
 
 
-def test_values_are_keyed_by_name_from_the_current_frame_on(face, tmp_path, capfd):
+def test_values_are_keyed_by_name_from_the_current_frame_on(face, tmp_path):
     scene = bpy.context.scene
     scene.render.fps = 30
     scene.frame_set(11)
     assert run(tmp_path / "take.csv") == {'FINISHED'}
-    assert "60 frames of 2 shape keys" in (said := capfd.readouterr().out) and "No shape key for 'HeadYaw'" in said
     found = keyed(face, "jaw_open")
     assert np.allclose(found[:, 0], 11 + np.arange(60) / 2, atol=1e-4)
     assert np.allclose(found[:, 1], np.arange(60) / 60, atol=1e-4)
@@ -88,7 +87,7 @@ def test_values_are_keyed_by_name_from_the_current_frame_on(face, tmp_path, capf
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_one_recording_in_forms_of_many_recorders(face, tmp_path, capfd, name):
+def test_one_recording_in_forms_of_many_recorders(face, tmp_path, name):
     bpy.context.scene.render.fps = 24
     content, seconds, rows = FORMS[name]
     content = content if isinstance(content, str) else json.dumps(content)
@@ -97,10 +96,9 @@ def test_one_recording_in_forms_of_many_recorders(face, tmp_path, capfd, name):
         found = keyed(face, key)
         assert len(found) == rows and found[-1, 0] - found[0, 0] == pytest.approx(24 * seconds, abs=0.03)
         assert found[[0, 10, -1], 1] == pytest.approx([column[0], column[10], column[rows - 1 if rows < 20 else -1]])
-    assert ("1 row left out" in capfd.readouterr().out) == (rows == 59)
 
 
-def test_what_is_animated_is_replaced_only_when_that_is_wanted(face, tmp_path, capfd):
+def test_what_is_animated_is_replaced_only_when_that_is_wanted(face, tmp_path):
     key = face.data.shape_keys.key_blocks["jaw_open"]
     key.value = 0.5
     key.keyframe_insert("value", frame=3)
@@ -121,14 +119,12 @@ def test_names_rate_and_scale_of_the_artist(face, tmp_path):
     assert np.allclose(keyed(face, "jaw_open"), [[1.5, 0.01]])
 
 
-def test_driven_muted_and_short_ranges_are_told(face, tmp_path, capfd):
+def test_driven_muted_and_short_ranges_are_no_hindrance(face, tmp_path):
     keys = face.data.shape_keys.key_blocks
     keys["jaw_open"].driver_add("value")
     keys["mouthSmile_L"].mute = True
     keys["mouthSmile_L"].slider_max = 0.5
     assert run(tmp_path / "take.csv") == {'FINISHED'}
-    said = capfd.readouterr().out
-    assert "Drivers set 'jaw_open'" in said and "'mouthSmile_L' is muted" in said and "beyond" in said
     assert len(keyed(face, "mouthSmile_L")) == 60
 
 

@@ -102,7 +102,6 @@ def sliders_turn_and_are_baked(ui):
     yield from ui.invoke("meanvalue.bake_mix")
     yield from ui.wait_until(lambda: ui.status_text() is None and MIX not in keys(), "it is baked")
     assert abs(_length() - whole) < 0.03 * whole
-    assert any("driven by its sliders" in line for line in ui.reports()), ui.reports()
     yield from ui.screenshot("mix_4_baked")
     yield from ui.undo()
     yield from ui.wait_until(settled, "it is live again")
@@ -122,9 +121,7 @@ def esc_stops_the_bake(ui):
     before = snapshot(limb())
     yield from ui.invoke("meanvalue.bake_mix")
     yield from ui.wait_until(lambda: "solved" in (ui.status_text() or ""), "the status bar tells how many are solved")
-    assert "Baking the mix of 'Limb'" in ui.status_text() and "Esc: Cancel" in ui.status_text()
     yield from ui.screenshot("mix_6_baking", amid_work=True)
     yield from ui.key('ESC')
     yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     assert_same(before, snapshot(limb()))
-    assert any("Cancelled" in line for line in ui.reports()), ui.reports()

@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 HEAD = """# Operators, settings and panels
 
-<!-- Written by `./dev docs reference` from the add-on's own declarations; a test compares. Do not edit. -->
+<!-- Written by `./dev docs reference` from the add-on's own declarations. Do not edit. -->
 
 What the add-on declares, with the descriptions that Blender shows as tooltips. The [guide](../guide/grab.md) says how
 it is used, [scripting](../guide/scripting.md) has examples. *Scripts* marks what the interface does not show.
