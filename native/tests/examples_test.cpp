@@ -92,6 +92,16 @@ TEST(Examples, ADragEndsWhereASolveDoes) {
     EXPECT_LT(limb.error(dragged, 0.9), 0.6 * limb.error(alone, 0.9));
 }
 
+TEST(Examples, ASolveFromAShapeDependsOnNothingSolvedBefore) {
+    const Limb limb;
+    const Deformer deformer(limb.binding({1.5, 0.4}));
+    const Positions start = Deformer(limb.binding({1.5, 0.4})).solve(limb.targets(0.9)).vertices;
+    const Solution first = solve_from(deformer, limb.targets(0.9), start);
+    const Solution again = solve_from(deformer, limb.targets(0.9), start);
+    EXPECT_EQ(again.vertices, first.vertices);
+    EXPECT_EQ(again.example_weights, first.example_weights);
+}
+
 TEST(Examples, BindingAgainIsBindingAtFirst) {
     const Limb limb;
     const Deformer first(limb.binding({1.5}));

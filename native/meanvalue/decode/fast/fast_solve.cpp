@@ -73,7 +73,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     }
     const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
-    if (has_examples() && is_cold) forget_examples();
+    if (has_examples() && !goes_on_) forget_examples();
     const bool has_history = std::exchange(work_.keeps_history, false);
     LbfgsOptions lbfgs = lbfgs_options(options_.max_iterations);
     if (is_cold) {

@@ -28,7 +28,6 @@ struct FastWorkspace : Workspace {
         predictor.end();
         is_drafting = false;
         keeps_history = false;
-        example_weights.resize(0, 0);
     }
 
     std::vector<OfLevel> levels;     // as FastProblem::levels
