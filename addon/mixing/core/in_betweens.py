@@ -14,9 +14,8 @@ from . import polynomials
 #: Settings that the shapes are judged by.
 JUDGING = 64
 
-#: Shapes are enough where no such setting is farther off than this share of the tolerance; then those are dropped
-#: without which none is farther off than the second: elsewhere it may be more.
-ENOUGH, ROOM = 0.4, 0.7
+#: Shapes are enough where no such setting is farther off than this share of the tolerance: elsewhere it may be more.
+ENOUGH = 0.5
 
 #: Sliders that are at work in one shape.
 MOST_SLIDERS = 3
@@ -72,11 +71,6 @@ def found(solve, ranges, tolerance, most, common):
             left -= _weights(knots, orders, settings) * shapes[-1].offset
         # A slider alone is right at its first place, which says nothing of the others.
         last = bounds if () in last else {each: high for each, high in heights.items() if high > SMALL * tolerance}
-    for each in sorted(shapes, key=lambda each: _height(each.offset)):
-        without = left + _weights(knots, each.orders, settings) * each.offset
-        if _height(without) <= max(ROOM * tolerance, _height(left)):
-            left = without
-            shapes = [other for other in shapes if other is not each]
     error = _height(left)
     return Found(tuple(shapes), error) if error < straight else Found((), straight)
 
