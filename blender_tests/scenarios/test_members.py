@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import handles, libraries, meshes, steps
+from support import armatures, handles, libraries, meshes, steps
 from support.handles import BOTTOM, TOP
 
 RING = range(64, 72)
@@ -154,3 +154,12 @@ def test_names_tell_where_handles_are(tube):
     steps.add_group(tube, "Spine", range(40, 100))
     make(tube, "", range(80, 88), pin=True)
     assert tube.meanvalue.handles[-1].name == "Spine Pin"
+    # The fingertip's bone has the largest share.
+    ends = {"Hand": (1.0, "Arm"), "Thumb": (2.0, "Hand"), "Tip": (3.0, "Hand")}
+    bones = {name: ((0.0, 0.0, 0.0), (0.0, y, 0.0), parent) for name, (y, parent) in ends.items()}
+    rig = armatures.make(Arm=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), **bones)
+    tube.modifiers.new("Armature", 'ARMATURE').object = rig
+    for bone, weight in (("Hand", 0.2), ("Thumb", 0.3), ("Tip", 0.45), ("Arm", 0.05)):
+        steps.add_group(tube, bone, RING, weight)
+    make(tube, "", RING)
+    assert tube.meanvalue.handles[-1].name == "Hand Handle"

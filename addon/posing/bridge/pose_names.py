@@ -5,6 +5,8 @@ import collections
 
 import numpy as np
 
+from ...scene import rig_space
+
 #: Of the mesh's size: what is nearer to the middle is on neither side.
 MIDDLE = 0.02
 
@@ -13,8 +15,9 @@ SAMPLES = 50
 
 
 def of(obj, offsets):
-    """Of what n x 3 `offsets` move farthest: "Hand.L Pose"."""
-    return named(obj, [int(np.square(offsets).sum(axis=1).argmax())], "Pose")
+    """Of what n x 3 `offsets` move at least half as far as any: "Hand.L Pose"."""
+    squares = np.square(offsets).sum(axis=1)
+    return named(obj, np.flatnonzero(squares >= 0.25 * squares.max()), "Pose")
 
 
 def named(obj, vertices, kind):
@@ -25,7 +28,18 @@ def named(obj, vertices, kind):
     for each in (element for vertex in chosen for element in vertex.groups):
         name = obj.vertex_groups[each.group].name
         weights[name] += each.weight if name not in made else 0.0
-    dominant, weight = max(weights.items(), key=lambda item: item[1], default=("", 0.0))
     across, size = np.mean([vertex.co.x for vertex in chosen]), np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
     side = "" if abs(across) <= MIDDLE * size else "Left" if across > 0.0 else "Right"
-    return f"{dominant if weight > 0.0 else side} {kind}".strip()
+    return f"{_most_of(obj, +weights) or side} {kind}".strip()
+
+
+def _most_of(obj, weights):
+    """The deepest bone that carries, with those below it, more than half of the weight: a hand, not one of its fingers.
+    Without bones the group that has most; "" without groups."""
+    rig, carried = rig_space.armature(obj), collections.Counter()
+    bones = [] if rig is None else [rig.data.bones[name] for name in weights if name in rig.data.bones]
+    for bone in bones:
+        carried.update(dict.fromkeys([each.name for each in (bone, *bone.parent_recursive)], weights[bone.name]))
+    half = 0.5 * sum(weights[bone.name] for bone in bones)
+    deep = [name for name, weight in carried.items() if weight > half]  # each above those that it hangs from
+    return min(deep, key=carried.get, default=max(weights, key=weights.get, default=""))
