@@ -26,8 +26,9 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
         if not _is_matched(obj):
             _draw_take(layout, context, obj)
         if _has_take(obj):
-            draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON')
-            _draw_pairs(layout, obj, obj.meanvalue.capture)
+            matched = f" ({len(marker_pairs.matched(obj))} of {len(obj.meanvalue.capture.pairs)})"
+            draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON', matched if _is_matched(obj) else "")
+            _draw_pairs(layout, obj.meanvalue.capture)
 
 
 class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
@@ -46,6 +47,9 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
         if _is_matched(subject.of(context)):
             _draw_take(layout, context, subject.of(context))
         column = column_of_settings(layout)
+        pair = marker_pairs.active_pair(subject.of(context))
+        if pair is not None:
+            column.prop(pair, "landmark")
         column.prop(capture, "align")
         limbs = column.row()
         limbs.active = capture.align != 'NONE'
@@ -120,20 +124,14 @@ def _draw_reference(layout, obj, capture):
     present.value = "context.scene.frame_current_final"
 
 
-def _draw_pairs(layout, obj, capture):
+def _draw_pairs(layout, capture):
     if not capture.pairs:
         return
-    layout.template_list(MEANVALUE_UL_marker_pairs.__name__, "", capture, "pairs", capture, "active_pair", rows=5)
+    name = MEANVALUE_UL_marker_pairs.__name__
+    layout.template_list(name, "", capture, "pairs", capture, "active_pair", rows=4, maxrows=4)
     buttons = layout.row(align=True)
     buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
     buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='REMOVE').remove = True
-    matched = len(marker_pairs.matched(obj))
-    picked = sum(pair.is_picked for pair in capture.pairs)
-    found = f"{matched} of {len(capture.pairs)} matched, {picked} picked"
-    layout.label(text=found)
-    active = marker_pairs.active_pair(obj)
-    if active is not None:
-        layout.prop(active, "landmark", text="")
 
 
 class MEANVALUE_UL_marker_pairs(bpy.types.UIList):

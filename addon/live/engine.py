@@ -229,7 +229,7 @@ def status(obj):
         return wording.sentence(why_hidden), True
     said = follower.status(obj)
     if said is None and not obj.meanvalue.baked.target and follower.is_animated(obj):
-        return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.FOLLOWS, follower.AND_EXPORTS)), False
+        return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.AND_EXPORTS)), False
     return said
 
 

@@ -12,8 +12,8 @@ _at_first = {}  # identity of an object: the first frame that was rendered
 _told = set()  # identities of objects
 untold = []  # notes that no popup has shown
 
-#: What the panel says beforehand, of what and with what else to mind.
-WHILE_ANIMATED = "The {} are animated, but animations that you render or export show one pose. Press Bake before{}"
+#: What the panel says beforehand of what is animated, and with what else to mind.
+WHILE_ANIMATED = "Renders and exports show one pose. Bake first{}"
 
 
 def begin(unsettled):

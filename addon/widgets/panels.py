@@ -24,11 +24,11 @@ def column_of_settings(layout):
     return column
 
 
-def draw_main_button(layout, operator, icon):
-    """A larger one, for what the settings above it are for."""
+def draw_main_button(layout, operator, icon, more=""):
+    """A larger one, for what the settings above it are for, with `more` behind its name."""
     button = layout.column()
     button.scale_y = 1.4
-    button.operator(operator.bl_idname, icon=icon)
+    button.operator(operator.bl_idname, text=operator.bl_label + more, icon=icon)
 
 
 def draw_range(layout, settings):

@@ -108,6 +108,7 @@ def a_body_in_the_walk(ui):
     for collection in ("walk", "standing"):
         bpy.context.view_layer.layer_collection.children[collection].hide_viewport = True
     ui.frame_all()
+    yield from tabs.open_part(ui, "capture", "MEANVALUE_PT_capture")
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.wait_until(lambda: len(_handles_of_body()) == WITH_CUFFS, "all are matched")
     view.area().spaces.active.overlay.show_relationship_lines = False
@@ -116,6 +117,9 @@ def a_body_in_the_walk(ui):
     bpy.context.scene.frame_set(20)
     yield from ui.pause(3.0)
     yield from ui.screenshot("capture_09_body_walks")
+    yield from tabs.scroll_down(ui)
+    height = -view.region('UI').view2d.region_to_view(0, 0)[1]
+    assert 600.0 < height <= 800.0, f"the tab, with a note of how it follows, fits on a screen: {height}"
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.key('ESC')  # whether it is heard or comes too late
     yield from ui.wait_until(lambda: ui.status_text() is None, "matching is over")

@@ -41,7 +41,7 @@ class Follower(Following):
 
     READS = scene_input.READING
     FOLLOWS = "controls"
-    AND_EXPORTS = ", and leave the collection of the controls out of exports"
+    AND_EXPORTS = ", and export without the controls"
     LABEL = "Live"
 
     _cached_binding = staticmethod(session.cached)

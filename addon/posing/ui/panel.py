@@ -190,7 +190,7 @@ def _active_handle(obj):
 
 def _draw_grab(layout, context, obj):
     grab = layout.row()
-    grab.scale_y = 1.8
+    grab.scale_y = 1.6
     is_active = tool_choice.is_active(context)
     button = grab.operator("meanvalue.grab", text="Grab", icon='VIEW_PAN', depress=is_active)
     button.choose_tool = True

@@ -54,7 +54,7 @@ def unheld_notes(report, places):
     count = sum(1 for part in parts if part.free_count and part.undetermined)
     if count:
         has = f"{wording.counted(count, 'part')} of the mesh {'has' if count == 1 else 'have'}"
-        yield f"{has} fewer than three fixed points that are not in one line. Pin three vertices of each"
+        yield f"{has} fewer than three fixed points. Pin three of each, not in one line"
 
 
 def nothing_is_held(report):

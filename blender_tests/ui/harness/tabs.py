@@ -37,12 +37,13 @@ def open_tab(category, click):
     yield
 
 
-def open_part(ui, room):
-    """As ui.open_tab("Mean-Value"), with the part of the panel open that a room has, and the others closed."""
+def open_part(ui, room, name=""):
+    """As ui.open_tab("Mean-Value"), with the parts of the panel open that a room has, or just `name`."""
     modules = [installed.part(f"{name}.panel") for name in ("posing.ui", "capture", "wrapping", "baking", "sliders")]
     for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
         bpy.utils.unregister_class(panel)
-        panel.bl_options = set() if panel.__module__.endswith(f"{room}.panel") else {'DEFAULT_CLOSED'}
+        is_open = panel.__module__.endswith(f"{room}.panel") and name in panel.__name__
+        panel.bl_options = set() if is_open else {'DEFAULT_CLOSED'}
         bpy.utils.register_class(panel)
     yield from ui.open_tab("Mean-Value")
 
