@@ -55,13 +55,6 @@ def test_a_sequence_and_a_drag_bend_as_examples_do(bar):
     assert error(dragged(taught)) < 0.85 * error(dragged(alone))
 
 
-def test_rebind_keeps_the_examples(bar):
-    vertices, faces, anchors = bar
-    taught = meanvalue.Deformer(vertices, faces, anchors, examples=[bent(vertices, 1.4)])
-    targets = bent(vertices, 0.8)[anchors]
-    np.testing.assert_array_equal(taught.rebind(anchors).solve(targets).vertices, taught.solve(targets).vertices)
-
-
 @pytest.mark.parametrize(
     ("examples", "words"),
     [

@@ -381,13 +381,6 @@ def test_it_goes_on_when_edit_mode_is_left(timers, part):
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 1e-3
 
 
-def test_a_follower_holds_little(timers, part):
-    obj, _control = posed(timers)
-    follower = part("live.roll").follower_of(obj)
-    fields = [*vars(follower), *vars(vars(follower)["_targets"])]
-    assert len(fields) <= 15, fields
-
-
 def test_controls_go_with_a_mesh_that_is_deleted(timers, part):
     obj, control = posed(timers)
     other, other_control = handles.tube("Other")

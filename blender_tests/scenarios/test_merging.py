@@ -119,7 +119,7 @@ def test_a_region_grows_over_merged_seams():
     assert grown(joined()) == grown(open_seam()) == grown(split_faces())
 
 
-def bound(obj, seam_rows, region, is_soft=False, invert=False):
+def bound(obj, seam_rows, region, is_soft=False):
     """(object, control): the left border pinned, a handle on the left copies of the seam, a region."""
     steps.add_group(obj, "Pin", over(obj, lambda x, y: x == -SIDE))
     steps.add_group(obj, "Handle", [int(at(obj, 0, y)[0]) for y in seam_rows])
@@ -128,7 +128,7 @@ def bound(obj, seam_rows, region, is_soft=False, invert=False):
     assert bpy.ops.meanvalue.add_handle(group="Handle", live=False) == {'FINISHED'}
     control = bpy.context.object
     meshes.activate(obj)
-    obj.meanvalue.roi_group, obj.meanvalue.roi_invert = "Region", invert
+    obj.meanvalue.roi_group = "Region"
     obj.meanvalue.handles["Handle"].is_soft = is_soft
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     return obj, control
@@ -152,15 +152,6 @@ def test_what_is_in_the_region_on_one_side_of_a_seam_is_on_both(is_soft):
         assert (max(found) > 0.02) <= (place[0] <= 0), place
     assert lifts(obj)[(0, 7)][0] > (0.05 if is_soft else 0.99)
     assert lifts(obj)[(0, 12)][0] > 1e-3  # the seam itself is free
-
-
-def test_what_an_inverted_region_holds_on_one_side_of_a_seam_it_holds_on_both():
-    obj = open_seam()
-    obj, control = bound(obj, (6, 7, 8), range(len(LEFT), len(obj.data.vertices)), invert=True)
-    for place, found in lifted(obj, control).items():
-        assert np.ptp(found) < 1e-5, place
-    assert lifts(obj)[(0, 7)][0] == pytest.approx(1.0, abs=1e-5)
-    assert lifts(obj)[(0, 12)] == [0.0, 0.0]
 
 
 def test_a_handle_outside_the_region_takes_its_doubles_along():

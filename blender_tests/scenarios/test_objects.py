@@ -28,16 +28,6 @@ def test_a_duplicate_is_bound_and_solves_on_its_own():
     assert "Mean-Value" in copy.data.shape_keys.key_blocks
 
 
-def test_a_mesh_of_two_objects_is_solved_with_a_note(capfd):
-    obj = steps.posed_grid(meshes.grid())
-    other = duplicate(obj, linked=True)
-    capfd.readouterr()
-    steps.solve()
-    assert "shared" in capfd.readouterr().out
-    meshes.activate(other)
-    assert other.data.shape_keys.key_blocks.keys() == ["Basis", "Pose", "Mean-Value"]
-
-
 def test_a_mesh_that_another_object_has_in_edit_mode_is_left_alone():
     """Blender has a copy of its own of it then, which comes back when that is left."""
     obj, _control = handles.tube(live=False)

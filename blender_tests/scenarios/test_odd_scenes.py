@@ -7,7 +7,7 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, steps
+from support import handles, meshes
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface
 
@@ -105,22 +105,6 @@ def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, is_anim
     scene.frame_start = scene.frame_end = scene.frame_current
     bpy.ops.render.render(animation=True)
     assert not untold, "the last render had one frame alone"
-
-
-def test_rendering_animated_sliders_of_a_live_mix_is_told(status, tmp_path, untold):
-    obj, _control = handles.tube(live=False)
-    obj.shape_key_add(name="Basis", from_mix=False)
-    bend = obj.shape_key_add(name="Bend", from_mix=False)
-    steps.move(obj, TOP, (2.0, 0.0, 0.0), bend)
-    obj.meanvalue.mix.is_on = True
-    for frame, value in ((1, 0.0), (3, 1.0)):
-        bend.value = value
-        bend.keyframe_insert("value", frame=frame)
-    scene = render_scene(tmp_path)
-    scene.frame_set(1)
-    assert not status(obj)[1], status(obj)
-    bpy.ops.render.render(animation=True)
-    assert len(untold) == 1 and "shape keys of 'Tube'" in untold[0]
 
 
 def test_a_render_right_after_a_drag_is_told(part, untold):

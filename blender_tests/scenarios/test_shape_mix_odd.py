@@ -142,19 +142,6 @@ def test_a_linked_mesh_is_left_alone(tmp_path):
         assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 
-def test_undone_and_redone_while_live():
-    obj = mixing(value=0.25)
-    bpy.ops.ed.undo_push(message="quarter")
-    quarter = shown(obj)
-    set_value(obj, "Bend", 0.75)
-    bpy.ops.ed.undo_push(message="three quarters")
-    more = shown(obj)
-    bpy.ops.ed.undo()
-    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), quarter, atol=1e-4)
-    bpy.ops.ed.redo()
-    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), more, atol=1e-4)
-
-
 @pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
 def test_mixing_waits_in_other_modes(mode):
     obj = mixing()

@@ -44,6 +44,11 @@ def posed():
     return steps.posed_grid(meshes.grid())
 
 
+def solved():
+    posed()
+    steps.solve()
+
+
 def edited():
     posed().vertex_groups["Tip"].add([22], 1.0, 'REPLACE')
 
@@ -69,6 +74,7 @@ CASES = {
     "solve": (posed, "solve_from_key"),
     "solve that binds again": (edited, "solve_from_key"),
     "bind": (lambda: listed(0, 4, 20), "bind"),
+    "apply": (solved, "apply_pose"),
     "remove": (lambda: listed(0), "remove_handle"),
     "grow what is there": (with_a_region, "grow_region"),
     "paint": (lambda: listed(12), "paint_region"),
@@ -80,17 +86,6 @@ CASES = {
 def test_undo_and_redo(set_up, operator):
     set_up()
     undo_and_redo(getattr(bpy.ops.meanvalue, operator))
-
-
-def test_a_group_that_is_added_in_edit_mode():
-    obj = meshes.grid()
-    steps.add_group(obj, "A", [12])
-    bpy.ops.object.mode_set(mode='EDIT')
-    remember()
-    press(lambda *how: bpy.ops.meanvalue.add_handle(*how, group="A"))
-    assert current().mode == 'OBJECT' and [handle.name for handle in current().meanvalue.handles] == ["A"]
-    bpy.ops.ed.undo()
-    assert len(current().meanvalue.handles) == 0 and len(bpy.data.objects) == 1
 
 
 def test_keyframes_that_are_inserted_in_edit_mode():

@@ -89,17 +89,6 @@ def test_bind_changes_nothing_but_its_record():
     assert (steps.summary(obj).anchor_count, steps.summary(obj).free_count) == (3, 22)
 
 
-def test_the_result_shows_and_the_pose_does_not_add_to_it():
-    obj = steps.posed_grid(meshes.grid())
-    steps.solve()
-    keys = obj.data.shape_keys.key_blocks
-    assert (keys["Mean-Value"].value, keys["Mean-Value"].mute) == (1.0, False)
-    assert keys["Pose"].value == 0.0
-    assert obj.active_shape_key.name == "Pose"
-    shown = meshes.seen(obj)
-    assert np.abs(shown - steps.key_positions(obj, "Mean-Value")).max() < 1e-6
-
-
 def test_a_result_key_with_odd_settings_is_shown_fully_all_the_same():
     obj = steps.posed_grid(meshes.grid())
     key = obj.shape_key_add(name="Mean-Value", from_mix=False)

@@ -71,20 +71,6 @@ def _share_that_differs(ui, one, other):
     return np.mean(differs)
 
 
-def esc_stops_it(ui):
-    _ball("Egg", 14, 20, 0.0).scale.z = 1.2
-    obj = _ball("Ball", 120, 160, 0.0)
-    ui.frame_all()
-    bpy.data.objects["Egg"].select_set(True)
-    yield from ui.invoke("meanvalue.wrap")
-    yield from ui.wait_until(lambda: "fitting" in (ui.status_text() or ""), "it shows how far it is")
-    yield from ui.key('ESC')
-    yield from ui.wait_until(lambda: ui.status_text() is None, "it has stopped")
-    obj = bpy.data.objects["Ball"]
-    assert obj.data.shape_keys is None
-    assert not obj.vertex_groups
-
-
 def _seen():
     """Three places of a unit ball that are in front."""
     axes = np.array(view.area().spaces.active.region_3d.view_matrix)[:3, :3]
