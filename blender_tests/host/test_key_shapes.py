@@ -27,21 +27,6 @@ def shapes():
     )
 
 
-def test_values_mix_as_in_blender(shapes):
-    rest, first, second, _ = (points.astype(np.float64) for points in shapes.points.values())
-    half = shapes.masks["Half"][:, None]
-    expected = rest + 0.5 * (first - rest) - 0.25 * half * (second - first)
-    np.testing.assert_allclose(shapes.mixed([0.5, -0.25, 1.0]), expected, atol=1e-12)
-    np.testing.assert_allclose(shapes.mixed([0.5, -0.25, 1.0], [7, 2]), expected[[7, 2]], atol=1e-12)
-
-
-def test_keys_without_effect_are_left_alone(shapes):
-    kept = shapes.with_effect()
-    assert kept.names == ("First", "Second")
-    assert kept.left_alone == (("Muted", "muted"), ("Copy", "without effect"))
-    assert kept.revision != shapes.revision
-
-
 def test_the_solver_finds_values_from_few_rows(shapes):
     meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
     shapes = shapes.with_effect()

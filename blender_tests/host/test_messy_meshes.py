@@ -34,8 +34,7 @@ def given(vertices, triangles, anchors, pieces=None, **options):
         roi=np.ones(len(vertices), bool) if roi is None else roi,
         method="fast",
         handles=np.zeros(len(anchors), np.int32) if pieces is None else np.asarray(pieces, np.int32),
-        rigidity=15.0,
-        **options,
+        **{"rigidity": 15.0, **options},
     )
 
 

@@ -8,8 +8,9 @@ from support.mirrored_bodies import body, part
 
 from addon.errors import SceneError
 from addon.posing.core import springs
-from addon.posing.core.bind_input import BindInput, soft_border
+from addon.posing.core.bind_input import soft_border
 from addon.scene.core import twins
+from blender_tests.host.test_messy_meshes import given as bind_input_of
 from native.benchmarks.rigid import rotation_about
 from native.benchmarks.shape_metrics import volume
 
@@ -32,24 +33,12 @@ def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None,
     """groups: lists of vertex numbers; freedom: n weights of a soft region, or None."""
     anchors = np.sort(np.concatenate(groups)).astype(np.int32)
     pieces = np.array([next(n for n, group in enumerate(groups) if each in group) for each in anchors], np.int32)
-    corners, starts = faces(triangles)
     roi = np.ones(len(vertices), bool) if roi is None else roi
     border, border_strengths = (None, None) if freedom is None else soft_border(freedom, anchors, 10.0)
-    return BindInput(
-        rest=vertices.astype(np.float32),
-        face_corners=corners,
-        face_starts=starts,
-        anchors=anchors,
-        roi=roi,
-        method="fast",
-        handles=pieces,
-        rigidity=10.0,
-        strengths=springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum())),
-        planes=planes,
-        twins=joined,
-        border=border,
-        border_strengths=border_strengths,
-    )
+    strengths = springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum()))
+    of_border = {"border": border, "border_strengths": border_strengths}
+    options = {"roi": roi, "rigidity": 10.0, "strengths": strengths, "planes": planes, "twins": joined, **of_border}
+    return bind_input_of(vertices, triangles, anchors, pieces, **options)
 
 
 def half(vertices, triangles, axes, groups_of, **options):

@@ -247,17 +247,20 @@ TEST(FastDecoder, AHandleThatMovesWithEverythingIsFollowedWithoutHarm) {
 TEST(FastDecoder, DoesNotDependOnUnitsOrPlace) {
     const Pose pose = two_ends("bend", capped_tube(16, 25, 8.0), Vector3::UnitX(), 1.0, {0, 2, -1});
     const Positions expected = solve(*bound_to(pose.mesh, pose.anchors), pose.targets).vertices;
-    for (const double scale : {1e-3, 1e4}) {
+    for (const double scale : {1e-6, 1e-3, 1e4, 1e6}) {
         Mesh mesh = pose.mesh;
         mesh.vertices *= scale;
         const Positions scaled = solve(*bound_to(mesh, pose.anchors), scale * pose.targets).vertices;
         EXPECT_LT(largest_distance(scaled / scale, expected), 1e-6 * pose.mesh.diagonal()) << scale;
     }
-    Mesh mesh = pose.mesh;
-    const Eigen::RowVector3d shift(300, -200, 100);
-    mesh.vertices.rowwise() += shift;
-    const Positions shifted = solve(*bound_to(mesh, pose.anchors), pose.targets.rowwise() + shift).vertices;
-    EXPECT_LT(largest_distance(shifted.rowwise() - shift, expected), 1e-6 * pose.mesh.diagonal());
+    for (const double far : {1.0, 2000.0}) {  // 2000: at 1e5 diagonals, whose coordinates are rounded to 1e-11 of one
+        Mesh mesh = pose.mesh;
+        const Eigen::RowVector3d shift = far * Eigen::RowVector3d(300, -200, 100);
+        mesh.vertices.rowwise() += shift;
+        const Positions shifted = solve(*bound_to(mesh, pose.anchors), pose.targets.rowwise() + shift).vertices;
+        const double most = (far > 1.0 ? 1e-3 : 1e-6) * pose.mesh.diagonal();
+        EXPECT_LT(largest_distance(shifted.rowwise() - shift, expected), most);
+    }
 }
 
 /// With a coarse level, whose vertices are the same ones only if order and size turn with the mesh. Other numbers of
