@@ -110,6 +110,13 @@ def insert_key(owner, path, **options):
         raise SceneError(f"'{owner.name}' takes no keyframes on {path}: {error}") from error
 
 
+def rotation_path(mover):
+    """What Blender calls the rotation of an object or a pose bone, by its mode."""
+    return {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}.get(
+        mover.rotation_mode, "rotation_euler"
+    )
+
+
 def _require_own(id_block):
     """@throws SceneError if keyframes would be gone when the file is opened again."""
     if id_block.library is not None:

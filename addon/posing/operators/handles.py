@@ -10,10 +10,6 @@ from ...scene import actions, selection, vertex_groups
 from ...widgets.base import MeshOperator
 from ..bridge import control_places, controls, members, region
 
-#: What Blender calls the channels of rotation in each mode of rotation; Euler angles in all others.
-ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
-
-
 #: Rooms say here what is keyed in place of controls: functions of an object to (count, what), None where controls are.
 #: They throw SceneError.
 keyframers = []
@@ -115,7 +111,7 @@ def insert_keyframes(mover, notes):
     """Keys an object or a pose bone at the current frame; what is in the way goes to `notes`."""
     is_bone = isinstance(mover, bpy.types.PoseBone)
     group = mover.name if is_bone else "Object Transforms"
-    for channel in ("location", ROTATIONS.get(mover.rotation_mode, "rotation_euler"), "scale"):
+    for channel in ("location", actions.rotation_path(mover), "scale"):
         try:
             actions.insert_key(mover, channel, group=group)
         except SceneError as error:

@@ -19,8 +19,6 @@ ON_OBJECT, ON_BONE, DROPPED, STILL = 'OBJECT', 'BONE', 'DROPPED', 'STILL'
 #: How unequal the scales of an object may be.
 EVEN = 1e-3
 
-ROTATIONS = {'QUATERNION': "rotation_quaternion", 'AXIS_ANGLE': "rotation_axis_angle"}
-
 
 def require_room(obj, options):
     """@throws SceneError if what carries the head can't take the motion, or would lose its own."""
@@ -60,7 +58,7 @@ def pair(obj, options):
 def write(obj, options, frames, pairs, motions):
     """Keys at `frames` (f,): pairs (f, 2, 4, 4), and the rigid motions of the head (f, 4, 4). Returns notes."""
     owner, carrier = _carrier(obj, options)
-    rotation_name = _rotation(carrier)
+    rotation_name = actions.rotation_path(carrier)
     former = carrier.location.copy(), tuple(getattr(carrier, rotation_name)), carrier.scale.copy()
     locations, rotations = [], []
     for (left, right), motion in zip(pairs, motions, strict=True):
@@ -104,12 +102,8 @@ def _turned_on(rotation, last):
     return turned
 
 
-def _rotation(carrier):
-    return ROTATIONS.get(carrier.rotation_mode, "rotation_euler")
-
-
 def _paths(carrier):
     """From what is keyed to location and rotation."""
     is_bone = isinstance(carrier, bpy.types.PoseBone)
     start = f'pose.bones["{bpy.utils.escape_identifier(carrier.name)}"].' if is_bone else ""
-    return f"{start}location", f"{start}{_rotation(carrier)}"
+    return f"{start}location", f"{start}{actions.rotation_path(carrier)}"
