@@ -57,6 +57,6 @@ def triangles(mesh, rest, corners=None):
 def shown_triangles(mesh, corners=None):
     """m x 3 int32: the triangulation of the mesh as it is, face after face. corners: of faces(), if at hand."""
     if len(mesh.loops) == 3 * len(mesh.polygons):
-        return (faces(mesh)[0] if corners is None else corners).reshape(-1, 3)
+        return (_indices(*compat.corner_store(mesh)) if corners is None else corners).reshape(-1, 3)
     mesh.calc_loop_triangles()
     return _indices(mesh.loop_triangles, "vertices", 3).reshape(-1, 3)

@@ -20,8 +20,8 @@ REFUSED_MESH = "The solver cannot use this mesh: {}. Correct the mesh there and 
 REFUSED_EXAMPLE = "The mesh cannot be posed like this: {}. Mute that key, or choose Nothing in Advanced > Pose Like"
 REFUSED_POSE = "The solver cannot reach this pose: {}"
 
-#: So many vertices that may move take a second to bind, so that it is worth it to pose them meanwhile.
-EARLY_VERTICES = 100_000
+#: So many vertices that may move take half a second to bind, so that it is worth it to pose them meanwhile.
+EARLY_VERTICES = 50_000
 
 CACHE_ENTRIES = 4
 CACHE_BYTES = 2 << 30
@@ -58,7 +58,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
 
     portable: with the same bits on every processor of an architecture, and slower.
     known: what earlier() gave: the same Binding in two thirds of the time, and `triangles` are not looked at.
-    early: if the mesh is large, the Job has an `early` meanwhile.
+    early: if the mesh is large, the Job has an `early` meanwhile, and then waits for its go_on().
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
@@ -222,6 +222,7 @@ def _weights(mesh, weights):
 def steps(function, *arguments, refused=REFUSED_MESH, **options):
     """Steps (see solver/job.py) to what the native task comes to that `function` begins; as call()."""
     task = call(function, *arguments, refused=refused, **options)
+    task.waits = options.get("early", False)
     yield task
     return call(task.result, refused=refused)
 

@@ -45,6 +45,17 @@ def test_it_is_near_the_whole_and_gone_with_it(creature):
     assert np.array_equal(alone.solve(targets).vertices, shape)
 
 
+def test_the_rest_of_a_bind_waits_for_as_long_as_it_is_told_to(creature):
+    vertices, faces, anchors, targets = creature
+    execution = meanvalue.Execution()
+    task = meanvalue.start_bind(vertices, faces, anchors, early=True, execution=execution)
+    task.waits = True
+    assert len(early_of(task).solve(targets).vertices) and not task.wait(0.2)
+    assert execution.stage not in {"order", "factor"}
+    task.waits = False
+    assert task.result().report.free_count > 0
+
+
 def test_a_mesh_that_is_bound_again_has_one_too(creature):
     vertices, faces, anchors, targets = creature
     task = meanvalue.start_bind(vertices, faces, anchors, early=True)

@@ -38,6 +38,8 @@ def declared(body):
             is_property = any(ast.unparse(decorator) == "property" for decorator in statement.decorator_list)
             if not statement.name.startswith("__") or statement.name == "__init__":
                 names[statement.name] = "property" if is_property else parameters(statement)
+        elif isinstance(statement, ast.AnnAssign) and not statement.target.id.startswith("__"):
+            names[statement.target.id] = "property"  # that can be set
     return names
 
 

@@ -168,7 +168,7 @@ class EarlyGate(Gate):
     """A bind that is not over, and has something to show."""
 
     def __init__(self, early):
-        self.finished, self.early = False, early
+        self.finished, self.early, self.waits = False, early, True
 
 
 @pytest.fixture
@@ -197,10 +197,15 @@ def step_on(timers):
 
 def test_a_mesh_is_posed_while_it_is_bound(timers, bound_slowly):
     obj, control, gate = bound_slowly
-    assert obj.data.shape_keys is None  # nothing has moved since
+    assert obj.data.shape_keys is None and not gate.waits  # nothing has moved since
+    gate.waits = True
     for _step in range(3):
         move(control, (0.2, 0.0, 0.0))
+        while obj.data.shape_keys is None:
+            assert gate.waits  # for the first pose, before the rest of the bind
+            timers.step(0.01)
         step_on(timers)
+    assert not gate.waits
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 0.6).max() < 1e-6
     assert not is_settled(obj)
     gate.finished = True

@@ -1,7 +1,9 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
+#include <thread>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
@@ -61,6 +63,7 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
 struct Early {
     std::mutex mutex;
     std::shared_ptr<Deformer> deformer;
+    std::atomic<bool> waits{false};
 
     /// It does not wait: in a forked child the lock may be held for ever.
     std::shared_ptr<Deformer> get() {
@@ -80,7 +83,13 @@ Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, bo
     const auto work = [binding = std::move(binding), earlier, early, held]() -> Task::Deliver {
         wait_for_cancelled_tasks(*held);
         std::function<void(std::shared_ptr<Deformer>)> when_coarse;
-        if (early) when_coarse = [&](std::shared_ptr<Deformer> coarse) { early->set(std::move(coarse)); };
+        if (early) {
+            when_coarse = [&](std::shared_ptr<Deformer> coarse) {
+                early->set(std::move(coarse));
+                while (early->waits && !held->cancelled())
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            };
+        }
         const auto forget = [](Early* of) {
             if (of != nullptr) of->set(nullptr);
         };
@@ -88,7 +97,8 @@ Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, bo
         const auto deformer = std::make_shared<Deformer>(binding, *held, earlier.get(), when_coarse);
         return [deformer] { return py::cast(deformer); };
     };
-    return {held, work, early ? [early] { return py::cast(early->get()); } : Task::Deliver()};
+    if (!early) return {held, work};
+    return {held, work, [early] { return py::cast(early->get()); }, {early, &early->waits}};
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,

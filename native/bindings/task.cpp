@@ -44,8 +44,9 @@ Running& running() {
 
 }  // namespace
 
-Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early)
-    : state_(std::make_shared<State>()), early_(std::move(early)) {
+Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early,
+           std::shared_ptr<std::atomic<bool>> waits)
+    : state_(std::make_shared<State>()), early_(std::move(early)), waits_(std::move(waits)) {
     state_->execution = std::move(execution);
     running().add(state_->execution);
     try {
@@ -155,6 +156,10 @@ void bind_task(py::module_& module) {
             "is. It solves by that level alone and carries the rest along: anchors are at their targets, the shape "
             "is\n"
             "5 to 35 % of its way off. It has no drafts.")
+        .def_property(
+            "waits", &Task::waits, &Task::let_wait,
+            "bool, to be set: whether the work waits once there is an `early`, so that the processor is free\n"
+            "for that. Set it to False, or cancel it, or it has no end.")
         .def("wait", &Task::wait, py::arg("seconds") = py::none(),
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
         .def("result", &Task::result,

@@ -32,9 +32,11 @@ class Task {
     using Deliver = std::function<py::object()>;
 
     /// Starts `work`, which must own all it touches, nothing of Python's among it.
-    /// @param early makes what there is to use before the result, None where there is nothing.
+    /// @param early makes what there is to use before the result, None where there is nothing. @param waits whether
+    /// the work does so once there is something; it may go on at any time.
     /// @throws SolverFailure where the system has no thread to spare.
-    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early = {});
+    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early = {},
+         std::shared_ptr<std::atomic<bool>> waits = std::make_shared<std::atomic<bool>>(false));
 
     bool finished() const;
 
@@ -52,6 +54,8 @@ class Task {
     void end() const;
 
     py::object early() const { return early_ ? early_() : py::none(); }
+    bool waits() const { return *waits_; }
+    void let_wait(bool waits) { *waits_ = waits; }
 
   private:
     /// Another in a forked child.
@@ -70,6 +74,7 @@ class Task {
 
     std::shared_ptr<State> state_;
     Deliver early_;
+    std::shared_ptr<std::atomic<bool>> waits_;
 };
 
 /// Cancels all tasks and waits until they have ended: before the process ends.

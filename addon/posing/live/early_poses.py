@@ -16,17 +16,17 @@ REST_AFTER_FAILURE = 1.0
 
 
 class EarlyPoses:
-    """One solve after another by what a bind has to offer early: decision 35."""
+    """One solve after another by what a bind has to offer early: decision 35. rests_until: 0 until one is done."""
 
     def __init__(self, deformer, bind_input):
         self._solver = session.Drag(None, bind_input, deformer, None)
         self._job = None
-        self._rests_until = 0.0
+        self.rests_until = 0.0
 
     def next(self, wanted):
         """(Targets, n x 3) of a solve that is done, else None; begins one of `wanted` when it is time."""
         if self._job is None:
-            if following.clock() >= self._rests_until:
+            if following.clock() >= self.rests_until:
                 solve = functools.partial(session.solve_steps, self._solver, wanted)
                 self._job = Job(lambda execution: solve(execution=execution), of=wanted)
             return None
@@ -36,9 +36,9 @@ class EarlyPoses:
         try:
             solved, solution = job.result()
         except MeanValueError:  # the answer says why
-            self._rests_until = following.clock() + REST_AFTER_FAILURE
+            self.rests_until = following.clock() + REST_AFTER_FAILURE
             return None
-        self._rests_until = following.clock() + RESTS * solution.timings["total"]
+        self.rests_until = following.clock() + RESTS * solution.timings["total"]
         return job.of, solved
 
     def stop(self):

@@ -203,10 +203,14 @@ class Follower(Following):
         if drag is None or drag.native is None:
             early = job.early
             if early is None or self._wanted is job.of:
+                if early is not None:
+                    job.go_on()
                 return False
             answer, drafted = self._before_draft(shape_keys.held(obj, obj.meanvalue.result_key))
             poses = EarlyPoses(early, self._input)
             drag = self._drag = session.Drag(None, self._input, poses, answer, drafted)
+        if drag.native.rests_until:  # what it has answered was drawn
+            job.go_on()
         found = drag.native.next(self._wanted) if drag.drafted is not self._wanted else None
         if found is not None:
             drag.drafted, solved = found
