@@ -11,7 +11,7 @@ from blender_tests.support.native_calls import ENDS, TRIANGLES, VERTICES, bent_t
 COUNT = len(ENDS)
 BOUND = {
     "vertices": VERTICES, "faces": TRIANGLES, "anchors": ENDS, "roi": np.ones(len(VERTICES), bool),
-    "handles": np.repeat([0, 1], COUNT // 2), "strengths": np.ones(COUNT),
+    "handles": np.repeat([0, 1], COUNT // 2), "strengths": np.ones(COUNT), "stiffness": np.ones(len(VERTICES)),
 }  # fmt: skip
 SOLVED = {"targets": bent_targets(), "start": VERTICES}
 BASELINE = {name: BOUND[name] for name in ("vertices", "faces", "anchors", "roi")} | {"targets": bent_targets()}
@@ -45,9 +45,9 @@ CALLS = {
     },
 }
 FORM = {
-    "vertices": "float", "targets": "float", "start": "float", "strengths": "float",
-    "faces": "whole numbers", "anchors": "whole numbers", "handles": "whole numbers", "roi": "bool",
-    "parts": "whole numbers",
+    "vertices": "float", "targets": "float", "start": "float", "strengths": "float", "stiffness": "float",
+    "faces": "whole numbers", "anchors": "whole numbers", "handles": "whole numbers", "parts": "whole numbers",
+    "roi": "bool",
 }  # fmt: skip
 ARGUMENTS = [(call, argument) for call, (_, arrays) in CALLS.items() for argument in arrays]
 

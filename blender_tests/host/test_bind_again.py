@@ -10,9 +10,9 @@ from blender_tests.support.native_calls import ENDS, TRIANGLES, VERTICES, bent_t
 
 
 def test_options_are_those_of_a_bind_and_the_earlier_deformer_stays():
-    roi = VERTICES[:, 2] > 3.0
-    anchors, targets = ENDS[12:], bent_targets()[12:]
-    options = {"handles": np.arange(12) // 6, "rigidity": 40.0, "strengths": np.r_[np.full(6, np.inf), np.full(6, 0.5)]}
+    roi, anchors, targets = VERTICES[:, 2] > 3.0, ENDS[12:], bent_targets()[12:]
+    options = {"handles": np.arange(12) // 6, "rigidity": 40.0, "strengths": np.repeat([np.inf, 0.5], 6)}
+    options["stiffness"] = 1.0 + np.arange(len(VERTICES)) % 3
     earlier = meanvalue.Deformer(VERTICES, TRIANGLES, anchors[:3], roi=roi, portable=True)
     before = earlier.solve(targets[:3]).vertices
     fresh = meanvalue.Deformer(VERTICES, TRIANGLES, anchors, roi=roi, portable=True, **options).solve(targets)

@@ -189,6 +189,10 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
     binding.rigidity.reset();
     if (bytes.once_in(3)) binding.rigidity = bytes.once_in(2) ? 0.0 : std::pow(10.0, bytes.below(14) - 4);
     if (bytes.once_in(32)) binding.rigidity = bytes.number();
+    binding.stiffness.clear();
+    if (!bytes.once_in(4)) return;
+    for (Index v = bytes.once_in(32) ? 1 : 0; v < vertex_count; ++v)
+        binding.stiffness.push_back(bytes.once_in(64) ? bytes.number() : std::pow(10.0, bytes.below(12) - 6));
 }
 
 Binding read_binding(Bytes& bytes, const Mesh& mesh) {
@@ -201,6 +205,7 @@ Binding read_binding(Bytes& bytes, const Mesh& mesh) {
     if (binding.method != Method::kFast && !bytes.once_in(8)) {  // the others know neither
         binding.rigidity.reset();
         binding.strengths.clear();
+        binding.stiffness.clear();
     }
     if (bytes.once_in(3)) {
         binding.roi.emplace(mesh.vertex_count() + (bytes.once_in(32) ? 1 : 0));

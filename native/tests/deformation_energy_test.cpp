@@ -139,7 +139,7 @@ class Bound {
     Evaluation evaluate_scalar(const Positions& pose, double rigidity) const {
         const RestCells cells = rest_cells(encoding_, mesh_.vertices, 1, execution_);
         const EnergyBlocks rows =
-            build_energy_blocks(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, 1, execution_);
+            build_energy_blocks(encoding_, unknowns_, cells, mesh_.diagonal(), 1.0, {}, {}, 1, execution_);
         return ScalarRows(encoding_, unknowns_, rows).evaluate(pose, rigidity);
     }
 

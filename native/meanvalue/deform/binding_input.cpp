@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kMostRigidity = 1e9;  // beyond, single precision ends
 constexpr double kMostStrength = 1e9;
+constexpr double kMostStiffness = 1e6;  // beside the rigidity that solves begin with: as kMostRigidity
 // At the peak of a bind, for each free vertex: measured at 200,000 and a million (./dev bench size).
 constexpr std::uint64_t kPeakBytes = 2700;
 
@@ -29,6 +30,24 @@ double rigidity_of(const Binding& binding) {
         throw InvalidInput(message("rigidity is ", *binding.rigidity, "; give at most ", kMostRigidity));
     }
     return *binding.rigidity;
+}
+
+void require_stiffness(const Binding& binding) {
+    if (binding.stiffness.empty()) return;
+    if (binding.method != Method::kFast) {
+        throw InvalidInput("only method 'fast' has a stiffness: use it, or give None");
+    }
+    const std::vector<double>& factors = binding.stiffness;
+    if (static_cast<Eigen::Index>(factors.size()) != binding.vertices->rows()) {
+        throw InvalidInput(message("stiffness has ", factors.size(), " numbers, but there are ",
+                                   binding.vertices->rows(), " vertices; give one number for each"));
+    }
+    for (std::size_t v = 0; v < factors.size(); ++v) {
+        if (factors[v] >= 1.0 / kMostStiffness && factors[v] <= kMostStiffness) continue;
+        throw InvalidInput(message("stiffness[", v, "] is ", factors[v], "; give a number from ",
+                                   1.0 / kMostStiffness, " to ", kMostStiffness,
+                                   ", 1 where it is as stiff as without"));
+    }
 }
 
 void require_memory(Index free_count, std::uint64_t there) {

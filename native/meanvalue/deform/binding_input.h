@@ -13,6 +13,9 @@ namespace meanvalue {
 /// What the method has for it where none is given. @throws InvalidInput.
 double rigidity_of(const Binding& binding);
 
+/// @throws InvalidInput for a stiffness of another length, out of range or of another method.
+void require_stiffness(const Binding& binding);
+
 /// @param there bytes that there are. @throws TooLittleMemory where a bind of method fast with so many free
 /// vertices takes more at its peak.
 void require_memory(Index free_count, std::uint64_t there);

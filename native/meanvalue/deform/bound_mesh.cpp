@@ -27,6 +27,15 @@ constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
 
+template <typename T>
+std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& vertices) {
+    std::vector<T> rows;
+    rows.reserve(vertices.size());
+    for (const Index v : vertices)
+        rows.push_back(whole[v]);
+    return rows;
+}
+
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
                                       std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
                                       const Decoder* earlier,
@@ -39,14 +48,16 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
     std::vector<char> is_soft_there(soft.empty() ? 0 : region.vertices.size(), 0);
     for (const SoftAnchor& anchor : soft)
         is_soft_there[anchor.vertex] = 1;
+    std::vector<double> stiffness;
+    if (!binding.stiffness.empty()) stiffness = rows_of(binding.stiffness, region.vertices);
     EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
     encoded.instructions = binding.instructions;
     if (earlier != nullptr) encoded.elimination_order = earlier->elimination_order();
     encoded.when_coarse = std::move(when_coarse);
     switch (binding.method) {
         case Method::kFast:
-            return std::make_unique<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity, threads,
-                                                 execution);
+            return std::make_unique<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity,
+                                                 std::move(stiffness), threads, execution);
         case Method::kPaper:
             return std::make_unique<PaperDecoder>(std::move(encoded), threads, execution);
         case Method::kFull:
@@ -76,15 +87,6 @@ bool is_same_mesh(const Binding& binding, const RestMesh& mesh) {
                       is_same_array<Positions>);
 }
 
-template <typename T>
-std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& vertices) {
-    std::vector<T> rows;
-    rows.reserve(vertices.size());
-    for (const Index v : vertices)
-        rows.push_back(whole[v]);
-    return rows;
-}
-
 }  // namespace
 
 BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMesh* earlier,
@@ -104,6 +106,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     }
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     mesh_ = earlier != nullptr ? earlier->mesh_ : checked_mesh(binding);
+    require_stiffness(binding);
     execution.begin_stage("encode");
     is_fixed_ = fixed_flags(static_cast<Index>(rest().rows()), binding.anchors, binding.roi);
     const std::vector<char> is_soft = soft_flags(binding);

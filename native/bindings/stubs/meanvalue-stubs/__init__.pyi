@@ -73,6 +73,7 @@ class Deformer:
         threads: int = 0,
         portable: bool = False,
         examples: ArrayLike | None = None,
+        stiffness: ArrayLike | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> None: ...
@@ -85,6 +86,7 @@ class Deformer:
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
         border: int = 0,
+        stiffness: ArrayLike | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Deformer: ...
@@ -125,6 +127,7 @@ class Deformer:
         rigidity: float | None = None,
         strengths: ArrayLike | None = None,
         border: int = 0,
+        stiffness: ArrayLike | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Task: ...
@@ -432,6 +435,7 @@ def start_bind(
     threads: int = 0,
     portable: bool = False,
     examples: ArrayLike | None = None,
+    stiffness: ArrayLike | None = None,
     early: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...

@@ -59,6 +59,10 @@ struct Binding {
     /// How much lengths count, 0 or more; see DeformationEnergy. None: the method's default. Only Method::kFast knows
     /// any but 0, which is the paper's energy.
     std::optional<double> rigidity = {};
+    /// n factors from 1e-6 to 1e6, or empty: how many times as much lengths count around each vertex. With 30
+    /// along limbs and 1 around joints, limbs bend at their joints. Soft anchors keep their reach: all are stronger
+    /// by the root of the factors' geometric mean. Method::kFast only.
+    std::vector<double> stiffness = {};
     /// k strengths, or empty. Infinity: the anchor is met exactly, as all are where none are given. A number s above
     /// 0, at most 1e9: a soft anchor, a free vertex with the energy s |v - target|^2 besides that of the shape
     /// (DeformationEnergy), in squared units as that is, so that s has no unit. s / c for each of c vertices of a

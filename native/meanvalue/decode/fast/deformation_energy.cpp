@@ -7,13 +7,14 @@ namespace meanvalue {
 
 DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                      double size, double by_length, const Execution& execution,
-                                     InstructionSet instructions, SoftConstraints soft_constraints, int threads)
+                                     InstructionSet instructions, SoftConstraints soft_constraints, int threads,
+                                     const std::vector<double>& stiffness)
     : encoding_(encoding),
       unknowns_(unknowns),
       soft_constraints_(std::move(soft_constraints)),
       kernel_(energy_kernel(instructions)),
       rows_(build_energy_blocks(encoding, unknowns, cells, size, by_length,
-                                soft_constraints_.hardness(unknowns.number.size()), threads, execution)) {
+                                soft_constraints_.hardness(unknowns.number.size()), stiffness, threads, execution)) {
     index_uses(execution);
 }
 

@@ -29,7 +29,8 @@ struct InitialHessian {
     FixedCoupling coupling;  ///< how the gradient at each free vertex changes with each fixed one
 };
 
-/// E = 1/2 sum_i a_i |v_i - F_i(V)|^2 + rigidity/2 (h/D)^2 sum_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
+/// E = 1/2 sum_i a_i |v_i - F_i(V)|^2
+///     + rigidity/2 (h/D)^2 sum_i f_i sum_(j,k) c_jk |(v_j - v_k) - R_i (p_j - p_k)|^2
 ///     + sum_k s_k |v_k - t_k|^2
 ///
 /// over the rows i that depend on free vertices. The first sum is equation 15 with weights. In the second, (j, k) are
@@ -61,11 +62,12 @@ class DeformationEnergy {
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
     /// rigidity 0 E is the paper's G, equation 15; weights_for() says what belongs to a rigidity.
     /// @param cells at rest, of the encoding; @param size D, in the same units. @param soft_constraints or none.
+    /// @param stiffness n factors f_i, or empty: 1.
     /// @pre encoding and unknowns outlive it. @throws Cancelled.
     DeformationEnergy(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
                       double by_length, const Execution& execution,
                       InstructionSet instructions = InstructionSet::kFastest, SoftConstraints soft_constraints = {},
-                      int threads = 1);
+                      int threads = 1, const std::vector<double>& stiffness = {});
 
     /// 1 from rigidity 1 on, and down to 0 with it, so that results do not jump where the paper's energy begins.
     static double weights_for(double rigidity) { return std::min(rigidity, 1.0); }

@@ -43,12 +43,13 @@ void fill_cell(const EncodedRing& ring, const Vector3* edges, int lane, RowBatch
 class BlockBuilder {
   public:
     BlockBuilder(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells, double size,
-                 double by_length, EnergyBlocks& result)
+                 double by_length, const std::vector<double>& stiffness, EnergyBlocks& result)
         : encoding_(encoding),
           unknowns_(unknowns),
           cells_(cells),
           size_(size),
           by_length_(by_length),
+          stiffness_(stiffness),
           result_(result),
           point_of_(unknowns.number.size(), -1) {
         result_.bending.resize(unknowns_.rows.size());
@@ -166,14 +167,14 @@ class BlockBuilder {
         fill_cell(ring, cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]], lane, batch, result_);
     }
 
-    /// The spokes of a row, by its rigidity, and 1 / h_i^2 into its bending.
+    /// The spokes of a row, by its rigidity and stiffness, and 1 / h_i^2 into its bending.
     void measure(std::size_t row, const EncodedRing& ring) {
         const Vector3* const edges = cells_.edges.data() + encoding_.ring_offsets[unknowns_.rows[row]];
         // Not zero: weights stay finite where vertices coincide.
         const double length = std::max(measure_spokes(edges, ring.valence, spokes_.data()), kNegligible * size_);
         result_.bending[row] = 1.0 / (length * length);
-        if (by_length_ == 0.0) return;
-        const double rigidity = share_of(rigidity_of_cell(edges, ring.valence, size_), by_length_);
+        double rigidity = stiffness_.empty() ? 1.0 : stiffness_[unknowns_.rows[row]];
+        if (by_length_ > 0.0) rigidity *= share_of(rigidity_of_cell(edges, ring.valence, size_), by_length_);
         for (Spoke& spoke : spokes_) {
             spoke.spoke *= rigidity;
             spoke.rim *= rigidity;
@@ -185,6 +186,7 @@ class BlockBuilder {
     const RestCells& cells_;
     double size_;
     double by_length_;
+    const std::vector<double>& stiffness_;  // n, or empty
     EnergyBlocks& result_;
     std::int64_t place_count_ = 0;
     std::int64_t steep_count_ = 0;
@@ -230,10 +232,10 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
 }  // namespace
 
 EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                 double size, double by_length, const std::vector<double>& hardness, int threads,
-                                 const Execution& execution) {
+                                 double size, double by_length, const std::vector<double>& hardness,
+                                 const std::vector<double>& stiffness, int threads, const Execution& execution) {
     EnergyBlocks result;
-    BlockBuilder(encoding, unknowns, cells, size, by_length, result).build(execution);
+    BlockBuilder(encoding, unknowns, cells, size, by_length, stiffness, result).build(execution);
     scale_weights(encoding, unknowns, size, by_length, hardness, result);
     result.hessian_springs = hessian_springs(encoding, unknowns, cells, result.bending, threads, execution);
     return result;

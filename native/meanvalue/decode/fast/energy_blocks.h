@@ -48,10 +48,11 @@ struct EnergyBlocks {
 /// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are
 /// curved at rest count more in the second sum; at 0 all are alike.
 /// @param hardness n, SoftConstraints::hardness(): soft anchors are as much of an anchor as that.
+/// @param stiffness n factors of what each row counts in the second sum, or empty: 1.
 /// The same for any number of threads. @throws Cancelled.
 EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                 double size, double by_length, const std::vector<double>& hardness, int threads,
-                                 const Execution& execution);
+                                 double size, double by_length, const std::vector<double>& hardness,
+                                 const std::vector<double>& stiffness, int threads, const Execution& execution);
 
 /// Puts other cells in place of those that `blocks` were built for, and the coefficients of their encoding. What
 /// rows and edges count stays. @param encoding, cells of the same layout. The same bits for any `threads`. @throws

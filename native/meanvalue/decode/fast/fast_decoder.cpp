@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "meanvalue/common/elementary.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/fast/fast_solve.h"
@@ -23,11 +24,24 @@ constexpr double kStiff = 1000.0;
 // A draft has its anchors within this share of the size from their targets, where they are put then.
 constexpr double kMostLeft = 2e-3;
 
+/// How many times as strong soft anchors are beside such factors (Binding::stiffness) as without: by as much as the
+/// pull that it takes to bend the shape grows.
+double strength_beside(const std::vector<double>& stiffness) {
+    double product = 1.0;
+    for (const double factor : stiffness)
+        product *= power(factor, 0.5 / static_cast<double>(stiffness.size()));
+    return product;
+}
+
 }  // namespace
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
-                         double rigidity, int threads, Execution& execution)
+                         double rigidity, std::vector<double> stiffness, int threads, Execution& execution)
     : Decoder(shape, threads), problem_{region_, components_, rigidity, shape_->size, std::move(soft)} {
+    const double stronger = problem_.soft.empty() ? 1.0 : strength_beside(stiffness);
+    for (SoftAnchor& anchor : problem_.soft)
+        anchor.strength *= stronger;
+    problem_.stiffness = std::move(stiffness);
     std::sort(problem_.soft.begin(), problem_.soft.end(),
               [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(problem_.soft.empty() ? 0 : region_.is_fixed.size(), 0);
@@ -75,8 +89,9 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
 
 FastDecoder::FastDecoder(EncodedRegion shape, const FastProblem& whole, std::shared_ptr<const FastLevel> coarsest,
                          int threads)
-    : Decoder(shape, threads), problem_{region_,    components_,          whole.rigidity,  whole.size,
-                                        whole.soft, whole.carrying,       whole.hierarchy, whole.handles,
+    : Decoder(shape, threads), problem_{region_,    components_,          whole.rigidity,
+                                        whole.size, whole.soft,           whole.carrying,
+                                        {},         whole.hierarchy,      whole.handles,
                                         nullptr,    {std::move(coarsest)}} {}
 
 /// Of the whole mesh.
@@ -138,7 +153,7 @@ std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, Res
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
         encoding, level->unknowns, cells, problem_.size, DeformationEnergy::weights_for(problem_.rigidity), execution,
-        instructions_, SoftConstraints(std::move(soft), level->unknowns), threads);
+        instructions_, SoftConstraints(std::move(soft), level->unknowns), threads, problem_.stiffness);
     cells = {};  // they are large, and what follows takes the most memory
     if (level->unknowns.free.empty()) return level;
     for (const double rigidity : rigidities) {

@@ -16,9 +16,9 @@ class FastDecoder : public Decoder {
     /// @param shape encoded with the soft anchors as such. @param soft soft anchors, in the region's vertex numbers;
     /// none of them fixed. @param handles n of the region,
     /// the handle of each fixed vertex and soft anchor or -1; or empty. @param rigidity 0 or more.
-    /// @throws Cancelled, SolverFailure.
+    /// @param stiffness n, Binding::stiffness of the region, or empty. @throws Cancelled, SolverFailure.
     FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
-                int threads, Execution& execution);
+                std::vector<double> stiffness, int threads, Execution& execution);
 
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
