@@ -16,7 +16,7 @@ def test_the_generated_figure_has_the_common_41_markers():
 
 @pytest.mark.parametrize("marker_set", known_sets.BUILT_IN)
 def test_built_in_sets_are_sound(marker_set):
-    names = set(marker_set.values())
+    names = {place for places in marker_set.values() for place in places.split()}
     for landmark in names:
         assert landmarks.segments_of(landmark), landmark
         assert "?" not in "".join(landmarks.segments_of(landmark)), landmark
@@ -38,29 +38,35 @@ def test_prefixes_case_and_separators_do_not_matter():
         assert None not in found.landmarks[:-2]
 
 
-MIXAMO = ("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", "HeadTop_End", *(
-    side + name
-    for side in ("Left", "Right")
-    for name in ("Shoulder", "Arm", "ForeArm", "Hand", "HandMiddle1", "UpLeg", "Leg", "Foot", "ToeBase", "Toe_End")
-))  # fmt: skip
+#: Sides, names of pelvis and neck, and of a clavicle, an arm and a leg.
+SKELETONS = {
+    "Mixamo": ("Left Right", "Hips Neck", "*Shoulder *Arm *ForeArm *Hand *UpLeg *Leg *Foot *ToeBase *HandMiddle1"),
+    "SMPL": ("L_ R_", "Pelvis Neck", "*Collar *Shoulder *Elbow *Wrist *Hip *Knee *Ankle *Foot *Hand"),
+    "MakeHuman": ("L R", "Hips Neck", "Clavicle_* UpArm_* LoArm_* Hand_* UpLeg_* LoLeg_* Foot_* Toe_* Middle1_*"),
+    "Poser": ("l r", "hip neck", "*Collar *Shldr *ForeArm *Hand *Thigh *Shin *Foot *Toe"),
+    "Cats": ("Left_ Right_", "Hips Neck", "*shoulder *arm *elbow *wrist *leg *knee *ankle *toe"),
+    "Phone": ("left_ right_", "hips_joint neck_1_joint", "*shoulder_1_joint *arm_joint *forearm_joint *hand_joint "
+              "*upLeg_joint *leg_joint *foot_joint *toes_joint"),
+    "Motive": ("L R", "Hip neck_1", "*Shoulder *UArm *FArm *Hand *Thigh *Shin *Foot *Toe"),
+    "iPi": ("L R", "Hip Neck", "*Clavicle *Shoulder *Forearm *Hand *Thigh *Shin *Foot *Toe"),
+    "VRM": ("L_ R_", "C_Hips C_Neck", "*Shoulder *UpperArm *LowerArm *Hand *UpperLeg *LowerLeg *Foot *ToeBase"),
+}  # fmt: skip
+ORDER = "clavicle.joint* shoulder.joint* elbow.joint* wrist.joint* hip* knee.joint* ankle.joint* toe.joint* hand.joint*"
 
 
-@pytest.mark.parametrize("prefix", ["", "mixamorig:", "mixamorig_", "mixamorig"])
-def test_joints_of_skeletons_are_known(prefix):
-    found = marker_sets.recognise([prefix + label for label in MIXAMO])
-    assert None not in found.landmarks
-    places = dict(zip(MIXAMO, found.landmarks, strict=True))
-    assert (places["LeftLeg"], places["RightArm"], places["LeftUpLeg"]) == ("knee.joint.L", "shoulder.joint.R", "hip.L")
-    assert landmarks.unknown_limbs(found.landmarks) == []
-    assert landmarks.has_joints(found.landmarks)
+@pytest.mark.parametrize("maker", SKELETONS)
+@pytest.mark.parametrize("prefix", ["", "mixamorig:", "J_Bip_", "mixamorig"])
+def test_joints_of_skeletons_are_known(maker, prefix):
+    sides, middle, names = SKELETONS[maker]
+    labels = [*middle.split(), *(name.replace("*", side) for side in sides.split() for name in names.split())]
+    places = [name.replace("*", side) for side in (".L", ".R") for name in ORDER.split()[: len(names.split())]]
+    found = marker_sets.recognise([prefix + label for label in labels]).landmarks
+    assert found == ("pelvis.joint", "neck.joint", *places) and landmarks.has_joints(found)
 
 
 def test_a_joint_called_as_the_set_has_it_goes_before_its_helper():
     labels = ["Hips", "__UpLeg_L", "UpLeg_L", "LoLeg_L", "UpLeg_R", "LoLeg_R", "Foot_L", "Foot_R"]
-    found = marker_sets.recognise(labels).landmarks
-    assert (found[1], found[2]) == (None, "hip.L")
-    smpl = marker_sets.recognise(["Pelvis", "L_Ankle", "L_Foot", "R_Foot", "L_Wrist", "L_Hand"], True).landmarks
-    assert smpl[2:] == ("toe.joint.L", "toe.joint.R", "wrist.joint.L", "hand.joint.L")
+    assert marker_sets.recognise(labels).landmarks[1:3] == (None, "hip.L")
 
 
 @pytest.mark.parametrize(("gone", "limbs"), [
@@ -74,12 +80,6 @@ def test_limbs_without_landmarks_are_told(gone, limbs):
     assert not landmarks.has_joints(known)
 
 
-@pytest.mark.parametrize("name", ["tpose", "walk1", "dance1"])
-def test_joints_of_real_files_are_known(name):
-    path = mesh_files.path_of(f"makehuman/{name}.bvh")
-    assert landmarks.unknown_limbs(marker_sets.recognise(readers.read(path).labels).landmarks) == []
-
-
 def test_a_known_name_vouches_for_a_marker_that_is_not_far_away():
     distances, names = np.array([0.0, 0.2, 0.6, 0.3, 0.2]), ("heel.L", "toe.L", "knee.L", None, None)
     assert [on_body.far(each, names, is_posed=True) for each in (distances, distances + 0.5)] == [[2, 3], []]
@@ -88,8 +88,7 @@ def test_a_known_name_vouches_for_a_marker_that_is_not_far_away():
 def test_a_landmark_is_given_once_and_unknown_names_are_none():
     found = marker_sets.recognise(["LASI", "LASIS", "RASI", "*35", "LKNE"])
     assert found.landmarks == ("pelvis.front.L", None, "pelvis.front.R", None, "knee.L")
-    assert marker_sets.recognise(["*1", "LASIX"]) == ((None, None), ())
-    assert marker_sets.recognise([]) == ((), ())
+    assert [marker_sets.recognise(names) for names in (["*1", "LASIX"], [])] == [((None, None), ()), ((), ())]
 
 
 @pytest.mark.parametrize(

@@ -59,14 +59,15 @@ def planted(markers, reference, character, rate, names):
     return on_floor(given, markers, np.arange(len(character)), body, ground, rate)[0]
 
 
-@pytest.mark.parametrize(("lifted", "level"), [(0.0, 0.0), (0.06, 0.0), (-0.04, 0.5)])
-def test_soles_stand_on_the_floor_wherever_the_capture_lies_and_toes_bend(lifted, level):
+@pytest.mark.parametrize("lifted, level, sits", [(0, 0, 0), (0.06, 0, 0), (-0.04, 0.5, 0), (0.08, 0, 1), (0.3, 0, 0)])
+def test_soles_stand_on_the_floor_or_as_far_above_it_as_captured_and_toes_bend(lifted, level, sits):
     vertices, triangles, _ = body_mesh.body()
     body, walk = Body(Surface(vertices, triangles)), walking_figure.take(220)
     drift = np.array([0.0, 0.0, lifted]) + np.arange(220)[:, None, None] * np.array([0.0003, 0.0, 0.0])
     given = SimpleNamespace(path=walk.clean + drift, reference=REFERENCE, landmarks=NAMES)
     anchors = match_to_surface(REFERENCE, body.surface).vertex
-    moved, cuffs = on_floor(given, given.path, anchors, body, level, 100.0)
+    moved, cuffs = on_floor(given, given.path, anchors, body, level, 100.0, sits)
+    level += lifted if sits or lifted > 0.2 else 0.0  # on a footrest, on a stage
     for side in "LR":
         heel, toe = walk.contacts[f"heel.{side}"], walk.contacts[f"toe.{side}"]
         foot, toes = (cuff for cuff in cuffs if cuff.segment[-1] == side)

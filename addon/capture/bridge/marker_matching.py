@@ -56,6 +56,7 @@ class Markers:
     path: np.ndarray  # (f, m, 3)
     reference: np.ndarray  # (m, 3)
     actor: np.ndarray  # (m, 3): the same with the lengths of the one who was captured
+    sits: bool  # in the reference, and was stood up for it
 
 
 def find(given):
@@ -95,7 +96,8 @@ def steps(given):
     yield "following the skin", 0.7
     found = []
     if options.keep_floor:
-        path, found = soles.on_floor(markers, path, match.vertex, body, body.ground + options.floor_height, rate)
+        level = body.ground + options.floor_height
+        path, found = soles.on_floor(markers, path, match.vertex, body, level, rate, markers.sits)
         markers = replace(markers, path=path)
     targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
@@ -173,10 +175,11 @@ def _chosen(given, frame, path, reference):
             "fill longer gaps"
         )
     names, seen = [names[row] for row in np.flatnonzero(kept)], np.array(seen)[kept]
-    places, path, stands = tuple(given.landmarks[name] for name in names), path[:, seen], reference[seen]
+    places, path, seated = tuple(given.landmarks[name] for name in names), path[:, seen], reference[seen]
+    stands = seated
     if given.options.align == 'AUTO':
-        stands = alignment.stood_up(stands, places, min(0.0, np.nanmin(path[..., 2], initial=0.0)))
-    return Markers(names, places, path, stands, stands), notes
+        stands = alignment.stood_up(seated, places, min(0.0, np.nanmin(path[..., 2], initial=0.0)))
+    return Markers(names, places, path, stands, stands, stands is not seated), notes
 
 
 def _alignment(given, markers, body):

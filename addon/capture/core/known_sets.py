@@ -5,8 +5,8 @@ import re
 
 
 def key_of(name):
-    """A name without what laboratories write differently: case, what separates words, what OpenCap puts behind."""
-    return re.sub(r"_study$|[\s._\-]+", "", name).casefold()
+    """A name without what laboratories write differently: case, what separates words, what says no more."""
+    return re.sub(r"_(study|joint|jnt)$|^c_|[\s._\-]+", "", name, flags=re.IGNORECASE).casefold()
 
 
 def _by_name(central, sided):
@@ -16,7 +16,8 @@ def _by_name(central, sided):
     for landmark, names in sided.items():
         for side in ("L", "R", "Left", "Right"):
             for name in names.split():
-                result[key_of(side + name)] = result[key_of(name + side)] = f"{landmark}.{side[0]}"
+                places = " ".join(f"{each}.{side[0]}" for each in landmark.split())
+                result[key_of(side + name)] = result[key_of(name + side)] = places
     return result
 
 
@@ -43,37 +44,31 @@ MARKERS = _by_name({
     "toe.tip": "ToeTip",
 })  # fmt: skip
 
-# Bones begin with the joint: of MotionBuilder, Mixamo, MakeHuman, game engines, and motions of research as converted.
-JOINTS_BY_BONE = _by_name({
-    "pelvis.joint": "Hips Pelvis root", "spine": "Spine spine05 L5", "spine.2": "Spine1 spine04 L3",
-    "spine.3": "Spine2 Chest spine03 T12", "spine.4": "Spine3 LowerBack spine02 T8 Thorax", "spine.5": "Spine4 spine01",
-    "neck.joint": "Neck neck01", "head.joint": "Head", "head.top": "HeadTop_End Head_end", "toe.tip.L": "Toe_L_end",
+# Of MotionBuilder, Mixamo, MakeHuman, game engines, suits with sensors, Poser, motions of research as converted. Of
+# names that mean one joint beside some names and another beside others, the first joint counts that no other has.
+JOINTS = _by_name({
+    "pelvis.joint": "Hips Pelvis root Hip Root_M", "spine": "Spine spine05 L5 LowerBack Abdomen Waist",
+    "spine.2": "Spine1 spine04 L3 Chest", "spine.3": "Spine2 spine03 T12 Chest2", "spine.5": "Spine4 spine01 Chest4",
+    "spine.4": "Spine3 spine02 T8 Thorax Chest3", "neck.joint": "Neck neck01 neck1 Neck_M neckLower spine.004",
+    "head.joint": "Head Head_M spine.006", "head.top": "HeadTop_End Head_end HeadVertex", "toe.tip.L": "Toe_L_end",
     "toe.tip.R": "Toe_R_end",
 }, {
-    "clavicle.joint": "Shoulder Clavicle Clav", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus",
-    "upper_arm": "upperarm02", "elbow.joint": "ForeArm LoArm LowerArm lowerarm01 Radius", "forearm": "lowerarm02",
-    "wrist.joint": "Hand Wrist", "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1",
-    "thigh": "upperleg02", "hip": "UpLeg UpperLeg upperleg01 Thigh Femur",
-    "knee.joint": "Leg LoLeg LowerLeg lowerleg01 Shin Calf Tibia", "shank": "lowerleg02", "ankle.joint": "Foot",
-    "toe.joint": "Toe ToeBase Toes Toe0 Ball toe1-1", "toe.tip": "Toe_End ToeBase_end",
-})  # fmt: skip
-
-# Of Poser, of the older converters, of motions of research: bones are called after the joint that they begin with.
-JOINTS_BY_JOINT = _by_name({
-    "pelvis.joint": "Hips Pelvis", "spine": "LowerBack Spine1", "spine.2": "Chest Spine2",
-    "spine.3": "Chest2 Spine3", "spine.4": "Chest3", "spine.5": "Chest4",
-    "neck.joint": "Neck", "head.joint": "Head", "head.top": "Head_end",
-}, {
-    "clavicle.joint": "Collar", "shoulder.joint": "Shoulder", "elbow.joint": "Elbow", "wrist.joint": "Wrist",
-    "hand.joint": "Hand", "hip": "Hip", "knee.joint": "Knee", "ankle.joint": "Ankle",
-    "toe.joint": "Toe Foot Ankle_end", "toe.tip": "Toe_end",
+    "clavicle.joint": "Clavicle Clav Collar Scapula Shoulder1", "upper_arm": "upperarm02", "forearm": "lowerarm02",
+    "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus UArm Shldr ShldrBend",
+    "elbow.joint": "Elbow ForeArm LoArm LowerArm lowerarm01 Radius LowArm FArm LArm ForearmBend",
+    "wrist.joint": "Wrist", "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1",
+    "thigh": "upperleg02", "hip": "Hip UpLeg UpperLeg upperleg01 Thigh Femur ThighBend", "shank": "lowerleg02",
+    "knee.joint": "Knee LoLeg LowerLeg lowerleg01 Shin Calf Tibia LowLeg Shank", "ankle.joint": "Ankle",
+    "toe.joint": "Toe ToeBase Toes Toe0 Ball toe1-1 Ankle_end", "toe.tip": "Toe_End ToeBase_end ToeTip",
+    "shoulder.joint clavicle.joint": "Shoulder", "wrist.joint hand.joint": "Hand", "knee.joint hip": "Leg",
+    "ankle.joint toe.joint": "Foot",
 })  # fmt: skip
 
 # What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
-POSE_ESTIMATORS = JOINTS_BY_JOINT | _by_name(
+POSE_ESTIMATORS = JOINTS | _by_name(
     {"head.top": "Head", "head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hips_Center",
      "spine.2": "SpineMid Trunk_Center", "spine.3": "Thorax SpineShoulder", "neck.joint": "Neck Neck_Center"},
     {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel"},
 )  # fmt: skip
 
-BUILT_IN = (MARKERS, JOINTS_BY_BONE, JOINTS_BY_JOINT, POSE_ESTIMATORS)
+BUILT_IN = (MARKERS, JOINTS, POSE_ESTIMATORS)

@@ -79,8 +79,10 @@ def _pose_arm(markers, landmarks, side, shoulder, across, body, looks):
 def _arm(body, shoulder, across):
     """(which samples (s,) bool are of the arm, how far these are from its tip, along the skin); none if it is short."""
     # From the middle of the mesh, not from the marker: an alignment may be a little to one side.
-    out = body.points @ _level(across)
+    aside = _level(across)
+    out = body.points @ aside
     out -= np.median(out[body.above > 0.5]) + 0.5 * np.linalg.norm(across)
+    shoulder = shoulder + ((body.points - shoulder) @ aside - out)[0] * aside
     beyond = np.flatnonzero((out > BEYOND * body.height) & (body.above > HANDS))
     points, reach, is_arm = body.points[beyond], REACH * body.height, np.zeros(len(body.points), bool)
     far = _along_from(np.linalg.norm(points - shoulder, axis=1) < ROOT * body.height, points, reach)

@@ -13,8 +13,6 @@ from .landmarks import has_joints
 
 #: How a subject is put before a name: "Subject:LASI", "Subject_LASI", "Skeleton 001_LASI".
 SUBJECTS = (r"(.*:)(.*)", *(rf"((?:[^:_ ]+[_ ]){{{words}}})(.+)" for words in (1, 2, 3)))
-#: Bones that are called after a part of the body begin with its upper joint.
-BONES = {"thigh.L": "hip.L", "thigh.R": "hip.R"}
 
 
 class Recognition(NamedTuple):
@@ -36,11 +34,9 @@ def recognise(labels, is_skeleton=False):
         parts = [re.fullmatch(pattern, label, re.DOTALL) or ("", "", label) for label in labels]
         for marker_set in BUILT_IN:
             found = _of_one(marker_set, [part[1] for part in parts], [part[2] for part in parts])
-            is_possible = is_skeleton or has_joints(found.landmarks) or not has_joints(marker_set.values())
+            is_possible = has_joints(found.landmarks) or is_skeleton == has_joints(marker_set.values())
             if is_possible and found.landmarks.count(None) < best.landmarks.count(None):
                 best = found
-    if is_skeleton and "hip.L" not in best.landmarks:
-        best = best._replace(landmarks=tuple(BONES.get(landmark, landmark) for landmark in best.landmarks))
     return best
 
 
@@ -57,7 +53,7 @@ def _of_one(marker_set, subjects, names):
             others += numbers
             continue
         for number in numbers:
-            if known[number] not in {None, *taken}:
-                found[number] = known[number]
-                taken.add(known[number])
+            free = [place for place in (known[number] or "").split() if place not in taken]
+            found[number] = free[0] if free else None
+            taken.update(free[:1])
     return Recognition(tuple(found), tuple(others))

@@ -13,6 +13,8 @@ from .hip_centres import carried
 #: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or
 #: toes: then they stand on some of their markers.
 SLOW, LOW = 0.14, 0.05
+#: Body heights that soles of who sits may be off the ground that the capture tells: feet on a rest are farther from it.
+SEATED = 0.03
 SHORTEST = 0.06  # seconds
 SMOOTHING_HZ = 12.0  # speeds of noise are no speeds
 #: Body heights: how far above its lowest point skin is of a sole, and how far from the foot's anchors.
@@ -72,15 +74,16 @@ def standing(path, sample, landmarks, rate):
     return result
 
 
-def on_floor(markers, captured, anchors, body, level, rate):
+def on_floor(markers, captured, anchors, body, level, rate, sits=False):
     """((f, m, 3), [Cuff]): markers with the soles of the mesh at the height `level` while feet stand; soles and toes.
 
     What touches the ground does not slide, unless it goes far. The mean of both feet moves the whole body, and the rest
     each foot. The floor is where soles are in most of the stances near the ground of the mesh; others stay as far from
-    it (stairs). Markers over the toes go with these.
+    it (stairs, footrests). Markers over the toes go with these.
 
     markers: their `path` (f, m, 3) aligned, retargeted, NaN where missing, `reference` (m, 3) on the Body at rest, and
-    `landmarks`; captured  (f, m, 3) before that; anchors  (m,) vertices that they carry; rate  frames a second.
+    `landmarks`; captured  (f, m, 3) before that; anchors  (m,) vertices that they carry; rate  frames a second; sits:
+    the reference is of who does not stand.
     """
     vertices, used = body.surface.vertices, np.unique(body.surface.triangles)
     low = np.setdiff1d(used[vertices[used, 2] - body.ground < SOLE * body.height], anchors)
@@ -101,9 +104,10 @@ def on_floor(markers, captured, anchors, body, level, rate):
     if not feet:
         return markers.path, []
     heights = np.concatenate([foot.lowest[foot.stands] for foot in feet])
-    is_near = np.abs(heights - body.ground) < LOW * body.height
-    floor = np.median(heights[is_near] if is_near.any() else heights)
-    moves = [foot.moves(level, floor, LOW * body.height) for foot in feet]
+    reach = (SEATED if sits else LOW) * body.height
+    is_near = np.abs(heights - body.ground) < reach
+    floor = np.median(heights[is_near]) if is_near.any() else body.ground
+    moves = [foot.moves(level, floor, reach) for foot in feet]
     of_body = np.mean(moves, axis=0)
     result = markers.path + of_body[:, None, :3]
     for foot, move in zip(feet, moves, strict=True):
