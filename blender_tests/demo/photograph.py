@@ -21,7 +21,7 @@ def photograph(subject, picture, output):
     stage.set_stage(everything, picture, subject.view.azimuth_deg, subject.view.elevation_deg)
     marks = {name: add_markers(subject, points[name], name, everything) for name in poses}
 
-    shots = {}
+    shots = []
     for name, value in poses.items():
         show_pose(subject.obj, value)
         for other, objects in marks.items():
@@ -29,11 +29,9 @@ def photograph(subject, picture, output):
                 obj.hide_render = obj.hide_viewport = other != name
         bpy.context.view_layer.update()
         path = output / f"{subject.file_stem}_{name}.png"
-        stage.render(path)
-        shots[name] = pictures.over_backdrop(pictures.read_png(path))
-        pictures.write_png(path, shots[name])
+        shots.append(stage.render(path))
     both = output / f"{subject.file_stem}_before_after.png"
-    pictures.write_png(both, pictures.side_by_side(shots["before"], shots["after"]))
+    pictures.write_png(both, pictures.side_by_side(shots))
     return [*(f"{subject.file_stem}_{name}.png" for name in poses), both.name]
 
 

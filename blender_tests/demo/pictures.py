@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""PNG files as arrays: a backdrop behind a transparent render, and two pictures side by side."""
+"""PNG files as arrays: a backdrop behind a transparent render, and pictures side by side."""
 
 import bpy
 import numpy as np
@@ -39,7 +39,7 @@ def over_backdrop(pixels):
     return result
 
 
-def side_by_side(left, right, gap=8):
-    """Two pictures of one height with a white strip of `gap` pixels between them."""
-    strip = np.ones((left.shape[0], gap, 4), dtype=np.float32)
-    return np.concatenate([left, strip, right], axis=1)
+def side_by_side(shots):
+    """Pictures of one height with white strips between them."""
+    strip = np.ones((shots[0].shape[0], 8, 4), dtype=np.float32)
+    return np.concatenate([part for shot in shots for part in (strip, shot)][1:], axis=1)

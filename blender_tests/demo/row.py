@@ -46,7 +46,6 @@ def render(path, points, azimuth_deg, engine, cycles_samples, elevation_deg=ELEV
         stage.add_ground(0.5 * (points.min(0) + points.max(0)), float(points[:, 2].min()), 40.0)
     stage.set_render(picture)
     stage.render(path)
-    pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
 
 
 def on_top(path, upper, lower):

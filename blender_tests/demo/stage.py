@@ -7,6 +7,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from . import pictures
+
 LENS_MM, SENSOR_MM = 70.0, 36.0
 # Direction towards each light in the camera's frame (right, up, backwards), distance, side length (both over
 # the subject's radius), and irradiance weight.
@@ -142,6 +144,9 @@ def set_render(picture):
 
 
 def render(path):
-    """Renders the scene to a PNG with a transparent background."""
+    """Renders the scene over a backdrop to a PNG; returns it as (height, width, 4) float32 sRGB, bottom row first."""
     bpy.context.scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
+    shot = pictures.over_backdrop(pictures.read_png(path))
+    pictures.write_png(path, shot)
+    return shot

@@ -121,12 +121,10 @@ def draw_shapes(path, obj, shapes, picture, points):
     key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
     key.value = 1.0
     stage.set_stage(points, picture, 25.0, 8.0, margin=0.02)
-    drawn = None
+    drawn = []
     for shape in shapes:
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
         obj.data.update_tag()
         bpy.context.view_layer.update()
-        stage.render(path)
-        shot = pictures.over_backdrop(pictures.read_png(path))
-        drawn = shot if drawn is None else pictures.side_by_side(drawn, shot)
-    pictures.write_png(path, drawn)
+        drawn.append(stage.render(path))
+    pictures.write_png(path, pictures.side_by_side(drawn))

@@ -76,18 +76,16 @@ def draw(path, obj, recorded, words):
     """The face as its values and its motion have it, with the markers as recorded, frame by frame."""
     for each in bpy.data.objects:
         each.hide_render = each != obj
-    strip = None
+    strip = []
     points = np.concatenate([faces.rest()[0], 1.15 * faces.rest()[0]])
     stage.set_stage(points, stage.Picture(330, 420, words.samples, words.engine), 5.0, 4.0, margin=0.04)
     for frame in SHOWN:
         bpy.context.scene.frame_set(frame)
         seen = recorded[frame - 1][np.isfinite(recorded[frame - 1, :, 0])]
         spheres = markers.add_spheres("Markers", seen, 0.0025, markers.ANCHOR_COLOUR)
-        stage.render(path)
+        strip.append(stage.render(path))
         bpy.data.objects.remove(spheres)
-        shot = pictures.over_backdrop(pictures.read_png(path))
-        strip = shot if strip is None else pictures.side_by_side(strip, shot)
-    pictures.write_png(path, strip)
+    pictures.write_png(path, pictures.side_by_side(strip))
 
 
 def _colours():

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from PIL import Image
 
-from .. import built_in, common_options, creature, markers, photograph, pictures, pose, stage
+from .. import built_in, common_options, creature, markers, photograph, pose, stage
 
 ABOUT = ("an animated octopus",)
 DESCRIPTION = """\
@@ -60,7 +60,6 @@ def draw_listing(subject, places, words):
     stage.set_stage(places[-1], picture, subject.view.azimuth_deg, subject.view.elevation_deg)
     path = words.output / "listing_featured.png"
     stage.render(path)
-    pictures.write_png(path, pictures.over_backdrop(pictures.read_png(path)))
     # Of the icon the middle, as high as the picture.
     left, height = (FEATURED[0] - FEATURED[1]) // 2, FEATURED[1]
     icon = Image.open(path).crop((left, 0, left + height, height)).resize(ICON)
@@ -106,8 +105,7 @@ def draw(subject, lift, places, words):
         photograph.show_pose(obj, 1.0)
         mark = markers.add_anchor_spheres("Anchor", place[[lift.anchor]], 1.5 * diagonal)
         bpy.context.view_layer.update()
-        stage.render(path)
-        pixels = pictures.over_backdrop(pictures.read_png(path))[::-1, :, :3]
+        pixels = stage.render(path)[::-1, :, :3]
         frames.append((255.0 * pixels.clip(0.0, 1.0)).round().astype(np.uint8))
         bpy.data.objects.remove(mark)
     path.unlink()

@@ -141,6 +141,5 @@ def draw(path, figure, obj, armature, words):
         for posed, basis in zip(armature.pose.bones, rest, strict=True):
             posed.matrix_basis = basis if is_posed else Matrix.Identity(4)
         bpy.context.view_layer.update()
-        stage.render(path)
-        shots.append(pictures.over_backdrop(pictures.read_png(path)))
-    pictures.write_png(path, pictures.side_by_side(pictures.side_by_side(shots[0], shots[1]), shots[2]))
+        shots.append(stage.render(path))
+    pictures.write_png(path, pictures.side_by_side(shots))
