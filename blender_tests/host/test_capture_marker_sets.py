@@ -31,7 +31,7 @@ def test_built_in_sets_are_sound(marker_set):
 
 
 def test_prefixes_case_and_separators_do_not_matter():
-    for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "l.asi", "LASIS", "LFWT", "L.ASIS_study"):
+    for spelled in ("LASI", "Subject:LASI", "a:b:lasi", "L_ASI", "LASIS", "LFWT", "L.ASIS_study", "L_IAS", "Me_Hip1"):
         assert marker_sets.recognise([spelled]).landmarks == ("pelvis.front.L",)
     for prefix in ("Skeleton_", "Skeleton 001_", "J_Bip_", "take1"):
         found = marker_sets.recognise([*(prefix + label for label in walking_figure.LABELS), "Crate:1", "Crate:2"])

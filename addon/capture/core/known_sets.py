@@ -22,52 +22,52 @@ def _by_name(central, sided):
 
 
 # Plug-in Gait; subject 11 of Rajagopal et al., Full-body musculoskeletal model for muscle-driven simulation of human
-# gait, 2016; Baseline 41 and OptiTrack's newer names; Helen Hayes as OpenSim and Cortex write it.
+# gait, 2016; OptiTrack's newer and older names; Helen Hayes as OpenSim and Cortex write it; van Sint Jan's; Shogun's.
 MARKERS = _by_name({
-    "head.top": "HeadTop Top.Head", "head.front": "HeadFront Front.Head", "head.side": "HeadSide Rear.Head HeadL Head",
-    "neck.back": "C7 CV7 BackTop SpineTop", "clavicle": "CLAV", "sternum": "STRN STERN Sternum Chest ChestTop",
-    "back": "T10 TV10", "back.L": "BackLeft BackL", "back.R": "BackRight BackR", "back.shoulder.R": "RBAK RBAC BAK",
-    "pelvis.back": "S2 Sacrum SACR V.Sacral WaistBack", "pelvis.front.L": "WaistLFront",
-    "pelvis.front.R": "WaistRFront", "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
+    "head.top": "HeadTop Top.Head Head1", "head.front": "HeadFront Front.Head Head2", "back.L": "BackLeft BackL Chest2",
+    "clavicle": "CLAV SJN", "back": "T10 TV10",
+    "head.side": "HeadSide Rear.Head HeadL Head Head3", "pelvis.back": "S2 Sacrum SACR V.Sacral WaistBack Hip4",
+    "neck.back": "C7 CV7 BackTop SpineTop Chest1", "sternum": "STRN STERN Sternum Chest ChestTop SXS",
+    "back.R": "BackRight BackR Chest3", "pelvis.front.L": "WaistLFront Hip1", "pelvis.front.R": "WaistRFront Hip2",
+    "back.shoulder.R": "RBAK RBAC BAK", "pelvis.back.L": "WaistLBack", "pelvis.back.R": "WaistRBack",
 }, {
-    "head.front": "FHD", "head.back": "BHD", "clavicle": "Clavicle SC", "back.shoulder": "ShoulderBack",
-    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium", "elbow": "ELB LEL ElbowOut LElbow Elbow",
-    "elbow.inner": "MEL MElbow ElbowIn", "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral",
-    "forearm": "FRM FA Forearm", "wrist": "Wrist", "wrist.thumb": "WRA WRI WristIn LWrist",
-    "wrist.little": "WRB WristOut MWrist", "hand": "FIN HandOut Hand", "pelvis.front": "ASI ASIS FWT",
-    "pelvis.side": "Waist", "pelvis.back": "PSI PSIS BWT", "thigh": "THI TH1 Thigh ThighFront Thigh1",
-    "thigh.2": "TH2 Thigh2", "thigh.3": "TH3", "thigh.4": "TH4",
-    "knee": "KNE LFC Knee KneeOut KneeLat", "knee.inner": "MFC MKnee KneeIn",
-    "shank": "TIB SHN SH1 Shank ShankFront Shin Shin1", "shank.2": "SH2 Shin2", "shank.3": "SH3", "shank.4": "SH4",
-    "ankle": "ANK LMAL Ankle AnkleOut AnkleLat", "ankle.inner": "MMAL MAnkle", "heel": "HEE CAL CALC Heel HeelBack",
-    "toe": "TOE TOE1 MT2", "toe.big": "ToeIn ForefootIn", "toe.little": "MT5 5META ToeOut ForefootOut MidfootLat",
-    "toe.tip": "ToeTip",
+    "head.front": "FHD", "pelvis.side": "Waist", "shank.2": "SH2 FAX", "toe": "TOE TOE1 MT2 FM2", "toe.tip": "ToeTip",
+    "head.back": "BHD", "wrist.2": "Hand3", "thigh.2": "TH2", "thigh.3": "TH3", "thigh.4": "TH4", "shank.3": "SH3",
+    "clavicle": "Clavicle SC", "hand": "FIN HandOut Hand Hand1 HM2 HND", "knee.inner": "MFC MKnee KneeIn FME KNI",
+    "back.shoulder": "ShoulderBack Shoulder2", "forearm": "FRM FA Forearm", "thigh": "THI TH1 Thigh ThighFront Thigh1",
+    "shoulder": "SHO ACR Shoulder ShoulderTop Acromium Shoulder1 SAE", "wrist.thumb": "WRA WRI WristIn LWrist RSP IWR",
+    "wrist": "Wrist Hand2", "heel": "HEE CAL CALC Heel HeelBack FCC HEL", "toe.big": "ToeIn ForefootIn Foot1 FM1 MT1",
+    "elbow.inner": "MEL MElbow ElbowIn HME IEL", "upper_arm": "UPA UA UArmHigh UpperArm Arm Biceps BicepsLateral UArm2",
+    "elbow": "ELB LEL ElbowOut LElbow Elbow HLE UArm1", "knee": "KNE LFC Knee KneeOut KneeLat Thigh2 FLE",
+    "wrist.little": "WRB WristOut MWrist USP OWR", "toe.little": "MT5 5META ToeOut ForefootOut MidfootLat Foot2 FM5",
+    "pelvis.front": "ASI ASIS FWT IAS", "pelvis.back": "PSI PSIS BWT IPS", "ankle.inner": "MMAL MAnkle TAM",
+    "shank": "TIB SHN SH1 Shank ShankFront Shin Shin1 TTC", "ankle": "ANK LMAL Ankle AnkleOut AnkleLat Shin2 FAL",
+    "shank.4": "SH4",
 })  # fmt: skip
 
 # Of MotionBuilder, Mixamo, MakeHuman, game engines, suits with sensors, Poser, motions of research as converted. Of
 # names that mean one joint beside some names and another beside others, the first joint counts that no other has.
 JOINTS = _by_name({
-    "pelvis.joint": "Hips Pelvis root Hip Root_M", "spine": "Spine spine05 L5 LowerBack Abdomen Waist",
-    "spine.2": "Spine1 spine04 L3 Chest", "spine.3": "Spine2 spine03 T12 Chest2", "spine.5": "Spine4 spine01 Chest4",
-    "spine.4": "Spine3 spine02 T8 Thorax Chest3", "neck.joint": "Neck neck01 neck1 Neck_M neckLower spine.004",
-    "head.joint": "Head Head_M spine.006", "head.top": "HeadTop_End Head_end HeadVertex", "toe.tip.L": "Toe_L_end",
+    "pelvis.joint": "Hips Pelvis root Hip Root_M", "head.top": "HeadTop_End Head_end HeadVertex",
+    "spine": "Spine spine05 L5 LowerBack Abdomen Waist", "neck.joint": "Neck neck01 neck1 Neck_M neckLower spine.004",
+    "spine.2": "Spine1 spine04 L3 Chest", "spine.5": "Spine4 spine01 Chest4", "head.joint": "Head Head_M spine.006",
+    "spine.3": "Spine2 spine03 T12 Chest2", "spine.4": "Spine3 spine02 T8 Thorax Chest3", "toe.tip.L": "Toe_L_end",
     "toe.tip.R": "Toe_R_end",
 }, {
-    "clavicle.joint": "Clavicle Clav Collar Scapula Shoulder1", "upper_arm": "upperarm02", "forearm": "lowerarm02",
-    "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus UArm Shldr ShldrBend",
-    "elbow.joint": "Elbow ForeArm LoArm LowerArm lowerarm01 Radius LowArm FArm LArm ForearmBend",
-    "wrist.joint": "Wrist", "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1",
-    "thigh": "upperleg02", "hip": "Hip UpLeg UpperLeg upperleg01 Thigh Femur ThighBend", "shank": "lowerleg02",
-    "knee.joint": "Knee LoLeg LowerLeg lowerleg01 Shin Calf Tibia LowLeg Shank", "ankle.joint": "Ankle",
-    "toe.joint": "Toe ToeBase Toes Toe0 Ball toe1-1 Ankle_end", "toe.tip": "Toe_End ToeBase_end ToeTip",
-    "shoulder.joint clavicle.joint": "Shoulder", "wrist.joint hand.joint": "Hand", "knee.joint hip": "Leg",
-    "ankle.joint toe.joint": "Foot",
+    "clavicle.joint": "Clavicle Clav Collar Scapula Shoulder1", "shank": "lowerleg02",
+    "upper_arm": "upperarm02", "shoulder.joint": "Arm UpArm UpperArm upperarm01 Humerus UArm Shldr ShldrBend",
+    "forearm": "lowerarm02", "knee.joint": "Knee LoLeg LowerLeg lowerleg01 Shin Calf Tibia LowLeg Shank",
+    "elbow.joint": "Elbow ForeArm LoArm LowerArm lowerarm01 Radius LowArm FArm LArm ForearmBend", "thigh": "upperleg02",
+    "wrist.joint": "Wrist", "hip": "Hip UpLeg UpperLeg upperleg01 Thigh Femur ThighBend", "ankle.joint": "Ankle",
+    "hand.joint": "HandMiddle1 Middle1 Middle01 FingerBase finger3-1", "toe.tip": "Toe_End ToeBase_end ToeTip",
+    "toe.joint": "Toe ToeBase Toes Toe0 Ball toe1-1 Ankle_end", "shoulder.joint clavicle.joint": "Shoulder",
+    "wrist.joint hand.joint": "Hand", "knee.joint hip": "Leg", "ankle.joint toe.joint": "Foot",
 })  # fmt: skip
 
 # What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
 POSE_ESTIMATORS = JOINTS | _by_name(
-    {"head.top": "Head", "head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hips_Center",
-     "spine.2": "SpineMid Trunk_Center", "spine.3": "Thorax SpineShoulder", "neck.joint": "Neck Neck_Center"},
+    {"head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hips_Center", "spine.2": "SpineMid Trunk_Center",
+     "spine.3": "Thorax SpineShoulder", "neck.joint": "Neck Neck_Center"},
     {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel"},
 )  # fmt: skip
 
