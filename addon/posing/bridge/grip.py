@@ -10,7 +10,6 @@ from ...live import engine, roll
 from ...scene import declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
-from .region import radius
 
 #: Sizes closer than this are the same one.
 SAME_SIZE = 1e-6
@@ -121,7 +120,7 @@ class Grip:
             return Vector(), 0.0
         end = np.average(self._seen[some], axis=0, weights=weights[some])
         way = Vector(self._pivot) - obj.matrix_world @ Vector(end.tolist())
-        reach = radius(obj, handle.size) * max(map(abs, obj.matrix_world.to_scale()))
+        reach = region.radius(obj, handle.size) * max(map(abs, obj.matrix_world.to_scale()))
         return way, float(np.clip((way.length / reach - LEAST_LIMB) / (WHOLE_LIMB - LEAST_LIMB), 0.0, 1.0))
 
     def has_moved(self, obj, offset):

@@ -64,18 +64,14 @@ class Surface:
     """
 
     def __init__(self, obj, seeds):
-        self._first, (self._ways, self._is_one) = _ways(obj)
+        self._first, self._ways = _ways(obj)
         self._seeds = seeds if self._first is None else self._first[seeds]
 
-    def distances(self, limit):
-        """n float64: how far each vertex is from the seeds, over the rest shape; infinite beyond `limit`, and below 0
-        in pieces without a seed that lie completely within it."""
-        return self._of_mesh(self._ways.distances(self._seeds, limit))
-
-    def near(self, limit, share):
-        """Ascending vertices, int32: no farther than that share of the limit, and in no piece completely within it."""
-        found = self.distances(share * limit if self._is_one else limit)
-        return np.flatnonzero((found >= 0.0) & (found <= share * limit)).astype(np.int32)
+    def distances(self, limit, share=1.0):
+        """n float64: how far each vertex is from the seeds, over the rest shape, as long as that is within a share of
+        `limit`; below 0 in pieces without a seed that lie completely within the limit. Other numbers are larger."""
+        is_one_piece = (self._ways.parts == self._ways.parts[0]).all()
+        return self._of_mesh(self._ways.distances(self._seeds, share * limit if is_one_piece else limit))
 
     def falloff(self, limit, free=0.0):
         """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do."""
@@ -91,26 +87,24 @@ class Surface:
 
 
 def _ways(obj):
-    """(copies as of seams, what is made of the mesh in which they are merged, which is kept of the last mesh)."""
+    """(copies as of seams, the SurfaceWays over the mesh in which they are merged, which is kept of the last mesh)."""
     rest = shape_keys.rest_positions(obj.data)
     first = seams.copies(obj, rest)
     return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *seams.signature(obj))
 
 
 def _made_ways(obj, rest, first):
-    """(SurfaceWays, whether all that has edges is one piece)."""
     edges = mesh_arrays.edges(obj.data)
     if first is not None:
         edges = first[edges]
         edges = edges[edges[:, 0] != edges[:, 1]]
     make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
     ways = make(rest, edges, none)
-    is_one = np.count_nonzero(np.bincount(ways.parts) > 1) <= 1
-    if not is_one:
+    if np.count_nonzero(np.bincount(ways.parts) > 1) > 1:
         triangles = mesh_arrays.triangles(obj.data, rest)
         triangles = triangles if first is None else first[triangles]
         ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
-    return ways, is_one
+    return ways
 
 
 def write(obj, weights):

@@ -199,12 +199,11 @@ class Follower(Following):
 
     def _show_early(self, obj):
         """The same while the mesh is being bound, once something has moved since that began."""
-        drag, job = self._drag, self._job
+        drag, job, early = self._drag, self._job, self._job.early
         if drag is None or drag.native is None:
-            early = job.early
+            if early is not None and self._wanted is job.of:
+                job.go_on()  # nothing is to be shown
             if early is None or self._wanted is job.of:
-                if early is not None:
-                    job.go_on()
                 return False
             answer, drafted = self._before_draft(shape_keys.held(obj, obj.meanvalue.result_key))
             poses = EarlyPoses(early, self._input)
