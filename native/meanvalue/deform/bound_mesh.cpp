@@ -109,6 +109,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     require_stiffness(binding);
     execution.begin_stage("encode");
     is_fixed_ = fixed_flags(static_cast<Index>(rest().rows()), binding.anchors, binding.roi);
+    point_offsets_ = offsets_of_points(binding);
     const std::vector<char> is_soft = soft_flags(binding);
     for (std::size_t v = 0; v < is_soft.size(); ++v) {
         if (is_soft[v]) is_fixed_[v] = 0;
@@ -226,6 +227,8 @@ bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<do
 Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
     check_weights(weights);
     Positions filled = targets;
+    if (filled.rows() == static_cast<Eigen::Index>(anchors_.size()))
+        filled.bottomRows(point_offsets_.rows()) -= point_offsets_;
     const std::size_t count = std::min<std::size_t>(weights.size(), filled.rows());
     for (std::size_t k = 0; k < count; ++k) {
         if (weights[k] == 0.0) filled.row(k) = rest().row(anchors_[k]);

@@ -74,6 +74,7 @@ class Deformer:
         portable: bool = False,
         examples: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
+        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> None: ...
@@ -87,6 +88,7 @@ class Deformer:
         strengths: ArrayLike | None = None,
         border: int = 0,
         stiffness: ArrayLike | None = None,
+        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Deformer: ...
@@ -128,6 +130,7 @@ class Deformer:
         strengths: ArrayLike | None = None,
         border: int = 0,
         stiffness: ArrayLike | None = None,
+        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Task: ...
@@ -436,6 +439,7 @@ def start_bind(
     portable: bool = False,
     examples: ArrayLike | None = None,
     stiffness: ArrayLike | None = None,
+    points: tuple[ArrayLike, ArrayLike] | None = None,
     early: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...
