@@ -148,7 +148,10 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
         name.active = item.is_used and (item.control is not None or item.is_picked)
         name.alignment = 'LEFT'
         name.label(text=item.name, translate=False, icon='EYEDROPPER' if item.is_picked else 'NONE')
-        row.label(text=_length(context, item.distance) if item.distance >= 0.0 else "")
+        units = context.scene.unit_settings
+        far = item.distance * units.scale_length
+        far = bpy.utils.units.to_string(units.system, 'LENGTH', far, precision=2, compatible_unit=False)
+        row.label(text=far if item.distance >= 0.0 else "")
 
     def filter_items(self, _context, data, property_name):
         pairs = getattr(data, property_name)
@@ -156,10 +159,7 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
         if self.use_filter_sort_alpha:
             return flags, bpy.types.UI_UL_list.sort_items_by_name(pairs)
         worst = sorted(range(len(pairs)), key=lambda number: -pairs[number].distance)
-        order = [0] * len(pairs)
-        for place, number in enumerate(worst):
-            order[number] = place
-        return flags, order
+        return flags, sorted(range(len(pairs)), key=worst.__getitem__)  # the place of each
 
 
 class MEANVALUE_UL_marker_problems(bpy.types.UIList):
@@ -169,13 +169,6 @@ class MEANVALUE_UL_marker_problems(bpy.types.UIList):
         split = layout.split(factor=0.2)
         split.label(text=f"{item.frame:.0f}")
         split.label(text=item.text)
-
-
-def _length(context, metres):
-    units = context.scene.unit_settings
-    return bpy.utils.units.to_string(
-        units.system, 'LENGTH', metres * units.scale_length, precision=2, compatible_unit=False
-    )
 
 
 CLASSES = (MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems, MEANVALUE_PT_capture, MEANVALUE_PT_matching)

@@ -54,6 +54,5 @@ def edit_with_selected(obj, vertices):
         vertex.select_set(True)
     edited.select_flush_mode()
     bmesh.update_edit_mesh(obj.data, loop_triangles=False, destructive=False)
-    if shown_count == 0:
-        return []
-    return [f"{shown_count:,} of them {'was' if shown_count == 1 else 'were'} hidden, and can be seen again"]
+    note = f"{shown_count:,} of them {'was' if shown_count == 1 else 'were'} hidden, and can be seen again"
+    return [note] if shown_count else []

@@ -9,13 +9,13 @@ from ..errors import SceneError
 from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
 from .core.finite import require_finite
+from .core.fixed_points import bounding_box_diagonal
 from .key_marks import Role
 from .pose_key import result, sharing
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
 ABSOLUTE = "The shape keys are absolute. Turn on Relative in Object Data Properties > Shape Keys"
-
 
 #: On the datablock of a mesh's keys: without it the Basis is the artist's, to be kept.
 MADE = "meanvalue_made"
@@ -124,16 +124,15 @@ def unmarked(obj, role, name, mark):
 
 def is_as_written(key, role, mark):
     """Whether the key holds what was written last to that of this role and mark: else it is another, or was edited."""
-    return key.id_data.get(WRITTEN[role]) == _digest(mark, positions(key))
+    return _digest(mark, positions(key)).startswith(key.id_data.get(WRITTEN[role], " "))
 
 
 def made_names(obj):
     """Names of the keys that the add-on writes, for this object and for others with the mesh."""
     keys = obj.data.shape_keys
     names = {key.name for key in key_marks.of_role(keys, Role.MIX, Role.RIG_POSE, Role.CORRECTIVE)}
-    for each in (obj, *sharing(obj)):
-        names.update((*pose_key.names(each), *names_in(each.meanvalue.baked.keys)))
-    return names
+    shared = (obj, *sharing(obj))
+    return names.union(*((*pose_key.names(each), *names_in(each.meanvalue.baked.keys)) for each in shared))
 
 
 def rig_poses(obj):
@@ -155,15 +154,15 @@ def write_positions(mesh, key, shape):
 def write_result(obj, result):
     """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
     key = pose_key.result(obj)
-    note = keep_edit(obj, positions(key))[1] if key is not None else None
+    note = (keep_edit(obj, positions(key))[1] or keep_joined(obj, result)) if key is not None else None
     notes = ensure_result_key(obj)
     write_positions(obj.data, pose_key.result(obj), result)
     return [*notes, note] if note else notes
 
 
 def _digest(mark, shape):
-    """Of n x 3 float32 and the mark of their key: text, as a datablock keeps it."""
-    return f"{mark:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint32)}"
+    """Of n x 3 float32 and the mark of their key: text, as a datablock keeps it. Older files have no n at its end."""
+    return f"{mark:.9g} {np.ascontiguousarray(shape, np.float32).view(np.uint32).sum(dtype=np.uint32)} {len(shape)}"
 
 
 def keep_edit(obj, held, ours=None):
@@ -174,7 +173,7 @@ def keep_edit(obj, held, ours=None):
     """
     key, written = result(obj), obj.data.shape_keys.get(WRITTEN[Role.POSE], "") if obj.data.shape_keys else ""
     is_known = key is not None and written.startswith(f"{key.slider_min:.9g} ")
-    is_ours = not is_known or written == _digest(key.slider_min, held)
+    is_ours = not is_known or _digest(key.slider_min, held).startswith(written)
     fits = ours is not None and len(ours) == len(held)
     if is_ours or not (fits or obj.active_shape_key == key) or not np.isfinite(held).all():
         return held, None
@@ -183,6 +182,19 @@ def keep_edit(obj, held, ours=None):
     write_positions(obj.data, key, held)
     where = "lies on top of the pose" if fits else "has value 0"
     return held, f"What was edited in '{key.name}' is kept as shape key '{kept.name}', which {where}"
+
+
+def keep_joined(obj, shape):
+    """What an object that was joined to this one brought into the result, and n x 3 `shape` would write over, becomes a
+    key: on top of the pose where no handle moves it, else at value 0. Returns a note or None."""
+    held, rest, keys = result_positions(obj), rest_positions(obj.data), obj.data.shape_keys
+    if held is None or keys.get(WRITTEN[Role.POSE], "").split()[2:] in ([], [str(len(held))]):
+        return None
+    far = np.abs((held - shape, shape - rest)).max(axis=2) > 0.01 * bounding_box_diagonal(rest)
+    key = add_shape(obj, "Joined Pose", rest + (held - shape)) if far[0].any() else None
+    if key is not None:
+        key.value = float(not far.all(axis=0).any())
+    return key and f"The pose that came with a joined object is kept as '{key.name}', which has value {key.value:g}"
 
 
 def result_positions(obj):
@@ -218,13 +230,6 @@ def posed_positions(obj):
     return result_positions(obj)
 
 
-def kept(obj):
-    """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
-    key = obj.active_shape_key
-    is_own = key is not None and key not in {result(obj), obj.data.shape_keys.reference_key}
-    return key if is_own else None
-
-
 def show_fully(keys, key):
     """So that the object takes exactly the key's positions, whatever was set on it before."""
     key.relative_key = keys.reference_key
@@ -254,8 +259,7 @@ def remove(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
         return
-    active = obj.active_shape_key
-    active_name = active.name if active is not None else ""
+    active_name = obj.active_shape_key.name if obj.active_shape_key is not None else ""
     for name in names:
         key = keys.key_blocks.get(name)
         if key is not None:

@@ -188,6 +188,33 @@ def test_an_edit_without_live_is_kept_by_the_next_solve(tmp_path):
     assert len(blocks(obj)) == 3
 
 
+@pytest.mark.parametrize(("has_region", "is_live"), [(True, True), (True, False), (False, True)])
+def test_the_pose_of_an_object_that_is_joined_is_kept(has_region, is_live):
+    """On top of the pose; at value 0 where its part goes along with the handles of the other."""
+    shapes = []
+    for name, way in (("Second", 1.5), ("First", -1.5)):
+        obj = meshes.tube(25, 16, name)
+        bpy.ops.meanvalue.grab(vertex=390, offset=(way, 0.0, 0.3), size=0.3)
+        obj.meanvalue.roi_group = obj.meanvalue.roi_group if has_region else ""
+        obj.location.x = 5.0
+        handles.update()
+        shapes.append(meshes.seen(obj))
+        obj.meanvalue.live = is_live
+    meshes.activate(obj)
+    bpy.data.objects["Second"].select_set(True)
+    bpy.ops.object.join()
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    handles.update()
+    if not is_live:
+        assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert blocks(obj)["Joined Pose"].value == float(has_region)
+    blocks(obj)["Joined Pose"].value = 1.0
+    handles.update()
+    assert np.abs(meshes.seen(obj) - np.concatenate(shapes[::-1])).max() < 5e-3
+    move(obj.meanvalue.handles[0].control, (0.0, 0.2, 0.0))
+    assert blocks(obj).keys() == ["Basis", "Mean-Value", "Joined Pose"]
+
+
 @pytest.mark.parametrize("is_live", [True, False])
 def test_an_edit_of_the_rest_shape_is_no_edit_of_the_pose(is_live):
     obj, control = posed()

@@ -40,6 +40,6 @@ def _most_of(obj, weights):
     bones = [] if rig is None else [rig.data.bones[name] for name in weights if name in rig.data.bones]
     for bone in bones:
         carried.update(dict.fromkeys([each.name for each in (bone, *bone.parent_recursive)], weights[bone.name]))
-    half = 0.5 * sum(weights[bone.name] for bone in bones)
-    deep = [name for name, weight in carried.items() if weight > half]  # each above those that it hangs from
+    whole = sum(weights[bone.name] for bone in bones)
+    deep = [name for name, weight in carried.items() if weight > 0.5 * whole]  # each hangs from the next
     return min(deep, key=carried.get, default=max(weights, key=weights.get, default=""))

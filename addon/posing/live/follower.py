@@ -150,6 +150,9 @@ class Follower(Following):
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
                 return
+            joined = shape_keys.keep_joined(owner, composed) if is_first and self._has_key(owner) else None
+            if joined:
+                views.say(wording.sentence(joined))
             self._is_settled, drag.answer = settles, composed
             if self._wanted is wanted:
                 drag.snaps.note(bpy.context.scene.frame_current, composed, bind_input.anchors, bind_input.diagonal)

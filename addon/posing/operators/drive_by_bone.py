@@ -14,9 +14,16 @@ AXES = "XYZ"
 LEAST_ANGLE = 0.01
 
 
+def _kept(obj):
+    """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
+    key = obj.active_shape_key
+    is_own = key is not None and key not in {shape_keys.result(obj), obj.data.shape_keys.reference_key}
+    return key if is_own else None
+
+
 def _problem(obj):
     """Why the kept pose takes no driver, in words, or None."""
-    key = shape_keys.kept(obj)
+    key = _kept(obj)
     if key is None:
         return "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
     if rig_space.armature(obj) is None:
@@ -68,23 +75,22 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         layout.prop(self, "angle")
 
     def run(self, obj):
-        rig, key = rig_space.armature(obj), shape_keys.kept(obj)
+        rig, key = rig_space.armature(obj), _kept(obj)
         self._fill_in(rig)
         if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
         if not self.bone or abs(self.angle) < LEAST_ANGLE:
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         _drive(key, rig, self.bone, self.axis, self.angle)
-        degrees = f"{self.angle * 57.29578:.0f}"
-        return f"Bone '{self.bone}' drives '{key.name}': fully on at {degrees} degrees around {self.axis}", []
+        at = f"{self.angle * 57.29578:.0f} degrees around {self.axis}"
+        return f"Bone '{self.bone}' drives '{key.name}': fully on at {at}", []
 
     def _fill_in(self, rig):
         """What was not given."""
         given = self.properties.is_property_set
         if not given("bone"):
             turned = [(max(map(abs, _angles(rig, bone))), bone.name) for bone in rig.pose.bones]
-            angle, name = max(turned, default=(0.0, ""))
-            self.bone = name if angle >= LEAST_ANGLE else ""
+            self.bone = max((each for each in turned if each[0] >= LEAST_ANGLE), default=(0.0, ""))[1]
         bone = rig.pose.bones.get(self.bone)
         if bone is None:
             return

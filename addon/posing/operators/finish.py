@@ -88,9 +88,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, pose_key.names(obj))
         shape_keys.remove_lone_basis(obj)
-        if is_posed and self.keep == 'REST':
-            return "The pose is the rest shape now", notes
-        return "The mesh is as it was", []
+        return "The pose is the rest shape now" if is_posed and self.keep == 'REST' else "The mesh is as it was", notes
 
 
 def remove_what_was_made(obj):

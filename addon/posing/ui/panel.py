@@ -145,8 +145,7 @@ class MEANVALUE_PT_region(PosingPart, bpy.types.Panel):
         self.layout.prop_search(obj.meanvalue, "roi_group", obj, "vertex_groups", text="")
         buttons = self.layout.column(align=True)
         buttons.operator("meanvalue.grow_region", icon='EMPTY_AXIS')
-        is_painting = obj.mode == 'WEIGHT_PAINT'
-        buttons.operator("meanvalue.paint_region", icon='BRUSH_DATA', depress=is_painting)
+        buttons.operator("meanvalue.paint_region", icon='BRUSH_DATA', depress=obj.mode == 'WEIGHT_PAINT')
 
 
 class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
