@@ -84,6 +84,7 @@ class Settings:
         max=1e6,
         update=tell,
     )
+    stiffness_group: StringProperty(name="Stiffness", description="Vertex group of limbs: bends at joints", update=tell)
     pose_like: EnumProperty(
         name="Pose Like",
         description="What shows how the mesh bends",

@@ -197,6 +197,7 @@ def _held(mesh, bind_input):
     return anchors, {
         "handles": handles,
         "rigidity": bind_input.rigidity,
+        "stiffness": mesh.stiffness,
         **({} if strengths is None else {"strengths": strengths}),
         **({} if border is None else {"border": len(border)}),
     }

@@ -48,12 +48,15 @@ def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
         [0, 1],
         roi=roi,
         strengths=np.array([0.5, np.inf]),
+        stiffness=1.0 + np.arange(len(split)),
         merge_distance=3e-4,
     )
     whole = bind_input.solver_mesh
     assert not whole.roi[whole.places[free]].any()
     assert whole.anchors.tolist() == [whole.places[handles[0]]]
     assert np.isinf(whole.strengths).all()
+    pair = np.flatnonzero(whole.places == whole.places[handles[0]])
+    assert whole.stiffness[whole.places[pair[0]]] == 1.0 + pair.mean()
     targets = bind_input.anchor_rest + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert np.allclose(whole.met(targets) - bind_input.anchor_rest, [0.0, 0.0, 1.0], atol=1e-6)
 

@@ -5,7 +5,7 @@ import bmesh
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import handles, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
@@ -96,6 +96,24 @@ def test_changed_region_binds_again_by_itself(grid):
     rest, result = steps.key_positions(grid, "Basis"), steps.key_positions(grid, "Mean-Value")
     fixed = [index for index in range(25) if index not in (17, 18, 19, 22, 23, 24)]
     assert np.array_equal(rest[fixed], result[fixed])
+
+
+def test_limbs_of_a_stiffness_keep_their_lengths_and_what_is_painted_binds_again():
+    obj, control = handles.tube(live=False)
+    rings = np.arange(handles.RINGS * handles.SEGMENTS).reshape(handles.RINGS, -1)
+    handles.move(control, (4.0, 0.0, -3.0))
+    group, limbs = obj.vertex_groups.new(name="Limbs"), rings[[*range(6), *range(11, 17)]].ravel().tolist()
+    strains = []
+    for name, weight in (("", 1.0), ("Limbs", 0.0), ("Limbs", 1.0)):
+        obj.meanvalue.stiffness_group = name
+        group.add(limbs, weight, 'REPLACE')
+        handles.update()
+        steps.solve()
+        shapes = handles.rest(obj), handles.shown(obj)
+        rest, shown = (np.linalg.norm(each[rings[5]].mean(0) - each[rings[1]].mean(0)) for each in shapes)
+        strains.append(abs(shown / rest - 1.0))
+    assert strains[1] == strains[0]
+    assert strains[2] < 0.6 * strains[0]
 
 
 def test_another_group_with_the_same_vertices_is_no_change(grid):

@@ -54,7 +54,7 @@ def read(obj, to_bind=True):
     settings, faces = obj.meanvalue, kept.faces(obj.data)
     corners, starts = faces
     groups = {each.name for each in settings.handles if not each.mark} | {each.group for each in examples.keys(obj)}
-    vertex_groups.read(obj, groups | {settings.roi_group})  # in one pass
+    vertex_groups.read(obj, groups | {settings.roi_group, settings.stiffness_group})  # in one pass
     handles = targets.enabled_handles(obj)
     held, freedom = members.of(obj, handles), region_weights(obj)
     _require_members(handles, held, settings.roi_group, freedom)
@@ -68,6 +68,7 @@ def read(obj, to_bind=True):
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
+    limbs = vertex_groups.weights(obj, [settings.stiffness_group]).get(settings.stiffness_group)
     soft = [handle.strength if handle.is_soft else None for handle in handles]
     if rigidity is None and any(handle.is_soft for handle in handles):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
@@ -80,6 +81,7 @@ def read(obj, to_bind=True):
         method=settings.method,
         handles=handle_numbers,
         rigidity=rigidity,
+        stiffness=None if limbs is None or rigidity is None else 1.0 + (springs.OF_LIMBS - 1.0) * limbs,
         strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,

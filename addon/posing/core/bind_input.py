@@ -33,6 +33,7 @@ class BindInput:
     method: str  # the solver's, see ids
     handles: np.ndarray  # k int32, number of the enabled handle that each anchor belongs to
     rigidity: float | None = None  # how much lengths count; None for methods that do not know it
+    stiffness: np.ndarray | None = None  # n float64, how many times as much they count there
     strengths: np.ndarray | None = None  # k float64, stiffness of the springs of soft anchors, infinite for hard ones
     border: np.ndarray | None = None  # b vertices, int32, ascending, no anchors: free in part, where the region is soft
     border_strengths: np.ndarray | None = None  # b float64, of the springs that hold them to the rest shape
@@ -48,13 +49,14 @@ class BindInput:
     @cached_property
     def fingerprint(self):
         arrays = self.border, self.border_strengths, self.planes, self.twins, self.copies
+        limbs = () if self.stiffness is None else (self.stiffness,)  # not None: records of before have none
         settings = self.method, self.loose, self.examples and self.examples.revision
         return Fingerprint(
             vertex_count=len(self.rest),
             faces=digest(self.face_starts, self.face_corners),
             rest_shape=digest(self.rest),
             kept=digest(f"{settings}", np.packbits(self.roi), *arrays),
-            anchors=digest(self.anchors, self.handles, self.strengths, f"{self.rigidity}"),
+            anchors=digest(self.anchors, self.handles, self.strengths, f"{self.rigidity}", *limbs),
         )
 
     @property

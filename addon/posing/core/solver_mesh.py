@@ -37,7 +37,7 @@ class PlainMesh(whole_mesh.PlainMesh):
         super().__init__(bind_input.rest)
         self._of = bind_input
         self.roi, self.anchors = bind_input.roi, bind_input.anchors
-        self.handles, self.strengths = bind_input.handles, bind_input.strengths
+        self.handles, self.strengths, self.stiffness = bind_input.handles, bind_input.strengths, bind_input.stiffness
         self.border, self.border_strengths = bind_input.border, bind_input.border_strengths
 
     held_rest = property(lambda self: self._of.rest[self._of.is_held])
@@ -56,6 +56,7 @@ class SolverMesh(whole_mesh.WholeMesh):
     roi        N bool: may move where all copies may
     anchors    K int32, ascending
     handles    K int32: images of a handle are handles of their own, but one with it if they share a vertex
+    stiffness  N float64 or None
     strengths  K float64 or None: as if all of it had been read
     border     vertex numbers of a soft border, and border_strengths, likewise
 
@@ -66,6 +67,9 @@ class SolverMesh(whole_mesh.WholeMesh):
         self._of = bind_input
         super().__init__(bind_input.rest, bind_input.copies, bind_input.planes, bind_input.twins)
         self.roi = (np.bincount(self._merged, ~bind_input.roi) == 0)[self._source]
+        self.stiffness, images = bind_input.stiffness, self._images.ravel()
+        if self.stiffness is not None:  # the mean of all that a vertex is the image of
+            self.stiffness = np.bincount(images, np.tile(self.stiffness, len(self._images))) / np.bincount(images)
         self._share = bind_input.roi.sum() / max(1, self.roi.sum())  # springs are for a count of what may move
         self._read_anchors()
         self._read_border()

@@ -159,9 +159,10 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         layout = column_of_settings(self.layout)
         settings = subject.of(context).meanvalue
         layout.prop(settings, "method")
-        rigidity = layout.row()
+        rigidity = layout.column()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
+        rigidity.prop_search(settings, "stiffness_group", subject.of(context), "vertex_groups")
         like = layout.row()
         like.active = not any(each.names(subject.of(context)) for each in shape_keys.stand_ins)
         like.prop(settings, "pose_like")
