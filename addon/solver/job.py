@@ -35,7 +35,7 @@ class Job:
         until = time.monotonic() + (math.inf if seconds is None else seconds)
         while not self.is_finished:
             if seconds is None:
-                self._task.waits = False
+                self.go_on()
             left = until - time.monotonic()
             if left <= 0.0:
                 return False
@@ -69,7 +69,7 @@ class Job:
 
     def go_on(self):
         """The Task at work waits no longer, as it does for what is `early` to be made use of."""
-        if self._task is not None:
+        if getattr(self._task, "waits", False):
             self._task.waits = False
 
     @property

@@ -223,7 +223,8 @@ def _weights(mesh, weights):
 def steps(function, *arguments, refused=REFUSED_MESH, **options):
     """Steps (see solver/job.py) to what the native task comes to that `function` begins; as call()."""
     task = call(function, *arguments, refused=refused, **options)
-    task.waits = options.get("early", False)
+    if options.get("early"):
+        task.waits = True
     yield task
     return call(task.result, refused=refused)
 

@@ -23,25 +23,26 @@ std::vector<std::pair<Index, Index>> border_edges(Index count, const std::vector
     };
     // Two faces at an edge that look to one side cancel out. What is left to be sorted is little.
     std::vector<std::uint64_t> sums(static_cast<std::size_t>(count), 0);
-    std::vector<Index> ends(corners.size());  // of the edges that begin at corners
-    auto end = static_cast<Index>(corners.size());
-    for (std::size_t face = starts.size(); face-- > 0; end = starts[face]) {
-        execution.check_every(face);
-        if (starts[face] < 0 || starts[face] > end) {
-            throw InvalidInput(message("starts do not ascend from 0 to the count of corners, ", corners.size()));
+    const auto for_each_edge = [&](const auto& visit) {
+        auto end = static_cast<Index>(corners.size());
+        for (std::size_t face = starts.size(); face-- > 0; end = starts[face]) {
+            execution.check_every(face);
+            if (starts[face] < 0 || starts[face] > end) {
+                throw InvalidInput(message("starts do not ascend from 0 to the count of corners, ", corners.size()));
+            }
+            for (Index k = starts[face]; k < end; ++k)
+                visit(corners[k], corners[k + 1 < end ? k + 1 : starts[face]]);
         }
-        for (Index k = starts[face]; k < end; ++k) {
-            ends[k] = corners[k + 1 < end ? k + 1 : starts[face]];
-            sums[corners[k]] += mark(ends[k]);
-            sums[ends[k]] -= mark(corners[k]);
-        }
-    }
-    const auto first = static_cast<std::size_t>(end);
+    };
+    for_each_edge([&](Index a, Index b) {
+        sums[a] += mark(b);
+        sums[b] -= mark(a);
+    });
     std::vector<std::pair<Index, Index>> edges, alone;
-    for (std::size_t k = first; k < corners.size(); ++k) {
-        if (sums[corners[k]] != 0 && sums[ends[k]] != 0 && corners[k] != ends[k])
-            edges.emplace_back(std::minmax({corners[k], ends[k]}));
-    }
+    if (std::count(sums.begin(), sums.end(), 0) == count) return alone;
+    for_each_edge([&](Index a, Index b) {
+        if (sums[a] != 0 && sums[b] != 0 && a != b) edges.emplace_back(std::minmax(a, b));
+    });
     std::sort(edges.begin(), edges.end());
     for (std::size_t k = 0; k < edges.size(); ++k) {
         const bool is_shared =
