@@ -101,7 +101,7 @@ def ensure_result_key(obj):
     settings = obj.meanvalue
     key = result(obj) or unmarked(obj, Role.POSE, settings.result_name, settings.result_mark)
     if key is None:
-        key = add_shape(obj, settings.result_key)
+        key = add_shape(obj, settings.result_key, rest_positions(obj.data) if obj.data.shape_keys else None)
     if key != result(obj):
         pose_key.adopt(settings, key)
     key_marks.claim(key)
@@ -239,12 +239,10 @@ def show_fully(keys, key):
     pose_key.show(key, 1.0)
 
 
-def add_shape(obj, name, shape=None):
-    """A new key of n x 3 float32, None: at rest; of value 0. The Basis too if missing. The active key stays active."""
+def add_shape(obj, name, shape):
+    """A new key of n x 3 float32, None: as the mesh; at value 0. The Basis too if missing. The active key stays so."""
     if obj.data.shape_keys is None:
         make_basis(obj)
-    elif shape is None:  # the mesh itself, as which keys are made, may be another
-        shape = rest_positions(obj.data)
     active_index = obj.active_shape_key_index
     key = obj.shape_key_add(name=name, from_mix=False)
     if shape is not None:

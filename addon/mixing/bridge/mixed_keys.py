@@ -80,7 +80,7 @@ def make_key(obj):
     """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
     mark = key_marks.mark(Role.MIX)
     key = shape_keys.unmarked(obj, Role.MIX, ids.MIX_KEY, mark)
-    key = key or shape_keys.add_shape(obj, ids.MIX_KEY)
+    key = key or shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
     key.slider_min = mark
     shape_keys.show_fully(obj.data.shape_keys, key)
 

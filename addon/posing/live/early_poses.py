@@ -11,9 +11,6 @@ from ...solver.job import Job
 #: They take a sixth of the time: binding wants the processor too.
 RESTS = 5.0
 
-#: Seconds until the next, where one failed.
-REST_AFTER_FAILURE = 1.0
-
 
 class EarlyPoses:
     """One solve after another by what a bind has to offer early: decision 35. rests_until: 0 until one is done."""
@@ -36,7 +33,7 @@ class EarlyPoses:
         try:
             solved, solution = job.result()
         except MeanValueError:  # the answer says why
-            self.rests_until = following.clock() + REST_AFTER_FAILURE
+            self.rests_until = following.clock() + following.SLOW_SECONDS
             return None
         self.rests_until = following.clock() + RESTS * solution.timings["total"]
         return job.of, solved
@@ -44,4 +41,3 @@ class EarlyPoses:
     def stop(self):
         if self._job is not None:
             self._job.drop()
-        self._job = None

@@ -203,16 +203,14 @@ class Follower(Following):
     def _show_early(self, obj):
         """The same while the mesh is being bound, once something has moved since that began."""
         drag, job, early = self._drag, self._job, self._job.early
-        if drag is None or drag.native is None:
-            if early is not None and self._wanted is job.of:
-                job.go_on()  # nothing is to be shown
+        is_begun = drag is not None and drag.native is not None
+        if drag.native.rests_until if is_begun else early is not None and self._wanted is job.of:
+            job.go_on()  # the first pose was drawn, or nothing is to be shown
+        if not is_begun:
             if early is None or self._wanted is job.of:
                 return False
             answer, drafted = self._before_draft(shape_keys.held(obj, obj.meanvalue.result_key))
-            poses = EarlyPoses(early, self._input)
-            drag = self._drag = session.Drag(None, self._input, poses, answer, drafted)
-        if drag.native.rests_until:  # what it has answered was drawn
-            job.go_on()
+            drag = self._drag = session.Drag(None, self._input, EarlyPoses(early, self._input), answer, drafted)
         found = drag.native.next(self._wanted) if drag.drafted is not self._wanted else None
         if found is not None:
             drag.drafted, solved = found
