@@ -73,6 +73,16 @@ def test_a_control_whose_collection_is_unlinked_for_a_while_stays():
     assert handles.follows(obj, (1.0, 0.0, 0.0))
 
 
+def test_without_a_control_of_its_only_handle_a_mesh_has_none(status):
+    """The list shows none that could be ticked."""
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    bpy.ops.meanvalue.grab(vertex=handles.TOP[0], offset=(1.0, 0.0, 0.0))
+    meshes.activate(obj.meanvalue.handles[0].control)
+    bpy.ops.object.delete()
+    handles.update()
+    assert "no handles" in status(obj)[0] and status(obj)[1]
+
+
 @pytest.mark.parametrize("then", ["add a pin", "save"])
 def test_a_control_that_is_deleted_takes_its_handle_along(tmp_path, then):
     obj, _control = handles.tube()

@@ -122,7 +122,7 @@ def effective_region(freedom, copies, partners):
 
 def unheld_problem(obj):
     """Why there is nothing to pose by, in words, or None. Cheap enough for drawing."""
-    if not obj.meanvalue.handles:
+    if all(orphans.is_deleted(handle) for handle in obj.meanvalue.handles):
         return controls.NO_HANDLES
     if not targets.enabled_handles(obj):
         return "All handles are turned off. Tick at least one in the list"
