@@ -149,8 +149,7 @@ class MEANVALUE_UL_marker_pairs(bpy.types.UIList):
         name.alignment = 'LEFT'
         name.label(text=item.name, translate=False, icon='EYEDROPPER' if item.is_picked else 'NONE')
         units = context.scene.unit_settings
-        far = item.distance * units.scale_length
-        far = bpy.utils.units.to_string(units.system, 'LENGTH', far, precision=2, compatible_unit=False)
+        far = bpy.utils.units.to_string(units.system, 'LENGTH', item.distance * units.scale_length, precision=2)
         row.label(text=far if item.distance >= 0.0 else "")
 
     def filter_items(self, _context, data, property_name):

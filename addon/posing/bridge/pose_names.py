@@ -37,9 +37,7 @@ def _most_of(obj, weights):
     """The deepest bone that carries, with those below it, more than half of the weight: a hand, not one of its fingers.
     Without bones the group that has most; "" without groups."""
     rig, carried = rig_space.armature(obj), collections.Counter()
-    bones = [] if rig is None else [rig.data.bones[name] for name in weights if name in rig.data.bones]
-    for bone in bones:
+    for bone in [] if rig is None else [each for each in rig.data.bones if each.name in weights]:
         carried.update(dict.fromkeys([each.name for each in (bone, *bone.parent_recursive)], weights[bone.name]))
-    whole = sum(weights[bone.name] for bone in bones)
-    deep = [name for name, weight in carried.items() if weight > 0.5 * whole]  # each hangs from the next
+    deep = [name for name, weight in carried.items() if 2.0 * weight > max(carried.values())]  # one below the other
     return min(deep, key=carried.get, default=max(weights, key=weights.get, default=""))

@@ -182,10 +182,8 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
 
 
 def _active_handle(obj):
-    settings = obj.meanvalue
-    if settings.active_handle < len(settings.handles):
-        return settings.handles[settings.active_handle]
-    return None
+    handles, index = obj.meanvalue.handles, obj.meanvalue.active_handle
+    return handles[index] if index < len(handles) else None
 
 
 def _draw_grab(layout, context, obj):
