@@ -21,7 +21,7 @@ ROLL = 1.0
 #: What each of these takes from the strength of a cuff.
 DOUBT = 0.4
 #: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span.
-COUNT, THICKEST = 3, 0.3
+COUNT, THICKEST = 5, 0.3
 
 
 @dataclass(frozen=True, eq=False)
