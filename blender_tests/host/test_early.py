@@ -52,8 +52,7 @@ def test_the_rest_of_a_bind_waits_for_as_long_as_it_is_told_to(creature):
     task.waits = True
     assert len(early_of(task).solve(targets).vertices) and not task.wait(0.2)
     assert execution.stage not in {"order", "factor"}
-    task.waits = False
-    assert task.result().report.free_count > 0
+    assert task.result().report.free_count > 0 and not task.waits
 
 
 def test_a_mesh_that_is_bound_again_has_one_too(creature):

@@ -113,6 +113,7 @@ void Task::end() const {
 }
 
 py::object Task::result() const {
+    *waits_ = false;  // not for each other
     const std::chrono::duration<double> interval = kPollInterval;
     try {
         while (!wait(interval.count()))
@@ -159,7 +160,7 @@ void bind_task(py::module_& module) {
         .def_property(
             "waits", &Task::waits, &Task::let_wait,
             "bool, to be set: whether the work waits once there is an `early`, so that the processor is free\n"
-            "for that. Set it to False, or cancel it, or it has no end.")
+            "for that. Set to False it goes on, as it does where result() is asked for.")
         .def("wait", &Task::wait, py::arg("seconds") = py::none(),
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
         .def("result", &Task::result,

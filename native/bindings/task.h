@@ -45,9 +45,9 @@ class Task {
     /// for a signal, as for Ctrl-C.
     bool wait(std::optional<double> seconds) const;
 
-    /// Waits for the end. Where the execution is cancelled it waits no longer: what runs then ends by itself, which
-    /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled; as wait(), which cancels
-    /// it.
+    /// Waits for the end; the work waits for nothing any more. Where the execution is cancelled this waits no longer:
+    /// what runs then ends by itself, which may take long, as for gigabytes to be freed. @throws what `work` threw,
+    /// Cancelled; as wait(), which cancels it.
     py::object result() const;
 
     /// Waits for the end, whatever signals there are.
