@@ -105,6 +105,7 @@ class Drag:
     answer   n x 3 float32: the last; where it began before that
     drafted  the bridge.targets.Targets of which a draft is shown, or None
     snaps    the posing.core.snap_watch.SnapWatch of its answers, or None
+    frame    of the scene, that its last settled answer is of, or that it began at
     """
 
     binding: object
@@ -113,6 +114,7 @@ class Drag:
     answer: object
     drafted: object = None
     snaps: object = None
+    frame: float = 0.0
 
 
 def begin_drag(binding, bind_input, shape=None):

@@ -43,7 +43,7 @@ def swinging_limb():
     return obj, float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
 
-def test_each_frame_is_what_live_shows(tmp_path):
+def test_each_frame_is_what_live_shows_whatever_was_shown_before(tmp_path):
     obj, size = swinging_limb()
     save(tmp_path)
     bake()
@@ -51,11 +51,11 @@ def test_each_frame_is_what_live_shows(tmp_path):
     assert len(solved) == 40
     bpy.ops.meanvalue.unbake()
     obj.meanvalue.live = True
-    for frame in range(1, 41):
+    for frame in (*range(1, 41, 7), *range(40, 0, -3), 12, 31, 2):
         bpy.context.scene.frame_set(frame)
         bpy.context.view_layer.update()
         off = np.linalg.norm(meshes.seen(obj) - solved[frame - 1], axis=1).max() / size
-        assert off < 1e-3, (frame, off)
+        assert off < 1e-5, (frame, off)
 
 
 def test_a_snap_is_told_by_bake_and_by_live(tmp_path, capfd):

@@ -217,10 +217,10 @@ TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
         for (int degrees = 20; degrees < 240; degrees += 20)
             dragged = solve_next(drag, turned(degrees).targets).vertices;
     }
-    const Solution cold = solve(*deformer, pose.targets);
-    const Solution warm = solve_from(*deformer, pose.targets, dragged);
     SolveOptions options;
     options.settle = true;
+    const Solution cold = solve(*deformer, pose.targets, options);
+    const Solution warm = solve_from(*deformer, pose.targets, dragged);
     const Solution settled = solve_from(*deformer, pose.targets, dragged, options);
     EXPECT_GT(largest_distance(warm.vertices, cold.vertices), 0.05 * pose.mesh.diagonal()) << "nothing to choose";
     EXPECT_LT(cold.energy, warm.energy);

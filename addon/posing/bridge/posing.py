@@ -51,8 +51,7 @@ class Posing:
         if self.targets is None:
             return None
         drag = session.begin_drag(self.binding, self.bind_input, self._start)
-        settles = self._start is not None
-        return (yield from session.solve_steps(drag, self.targets, settle=settles, execution=execution))
+        return (yield from session.solve_steps(drag, self.targets, settle=True, execution=execution))
 
     def keep(self):
         """Keeps the binding for the session."""

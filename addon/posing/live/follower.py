@@ -37,7 +37,7 @@ def turned(obj):
 
 
 class Follower(Following):
-    """The newest targets win. The last word is solved from where it is and from rest, and the better one kept."""
+    """The newest targets win. The last word is the better of where it is and rest; at another frame, of rest alone."""
 
     READS = scene_input.READING
     FOLLOWS = "controls"
@@ -145,7 +145,10 @@ class Follower(Following):
             self._end_early()
             answer, drafted = self._before_draft(shown)
             drag = self._drag = session.begin_drag(binding, bind_input, answer)
-            drag.drafted, drag.snaps = drafted, SnapWatch()
+            drag.drafted, drag.snaps, drag.frame = drafted, SnapWatch(), bpy.context.scene.frame_current_final
+        if settles and drag.frame != bpy.context.scene.frame_current_final:
+            drag.frame = bpy.context.scene.frame_current_final
+            drag.native = session.begin_drag(binding, bind_input).native
 
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:

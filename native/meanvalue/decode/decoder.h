@@ -34,7 +34,7 @@ struct DecodeOptions {
     /// Nothing is to be left to a next solve. What the workspace remembers stays as it is, so that whoever asks for
     /// this may do so in two halves, and forgets it then.
     bool is_last = false;
-    bool leaves_off = true;  ///< SolveOptions::leaves_off
+    bool is_kept = false;  ///< SolveOptions::is_kept
 };
 
 struct DecodeReport {

@@ -43,7 +43,7 @@ Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, 
         decode_options.threads = threads;
         decode_options.in_drag = in_drag;
         decode_options.is_last = options.settle;
-        decode_options.leaves_off = options.leaves_off;
+        decode_options.is_kept = options.is_kept;
         const Decoder& decoder = bound.decoder();
         report = decoder.decode(decode_options, workspace, positions, execution);
         if (previous != nullptr && options.settle) {

@@ -17,8 +17,6 @@
 namespace meanvalue {
 namespace {
 
-// A solve from rest ends when the energy falls slowly; where it lies in a valley, solves from its answer go on.
-constexpr int kSolvesFromRest = 3;
 // Of the diagonal: by how little a step may exceed others, as it can't be seen; and from where on a snap is told.
 constexpr double kUnseen = 1e-4;
 constexpr double kTold = 2e-2;
@@ -137,7 +135,7 @@ class SequenceSolve {
         SolveOptions options;
         options.tolerance = options_.tolerance;
         options.max_iterations = options_.max_iterations;
-        options.leaves_off = false;
+        options.is_kept = true;
         options.weights = weights_at(trajectories_, frame);
         options.threads = threads;
         const auto fail = [&](const std::exception& error) {
@@ -147,12 +145,7 @@ class SequenceSolve {
             return false;
         };
         try {
-            int iterations = 0;
-            Solution solution;
-            for (int left = shape.rows() > 0 ? 1 : kSolvesFromRest; left > 0; --left) {
-                solution = drag->solve(targets_at(trajectories_, frame), options, execution);
-                iterations += solution.all_iterations;
-            }
+            Solution solution = drag->solve(targets_at(trajectories_, frame), options, execution);
             try {
                 require_single_precision(solution.vertices, "the solved shape");
             } catch (const InvalidInput&) {  // the next frame begins at the last good one
@@ -163,7 +156,7 @@ class SequenceSolve {
             if (!in_result) return true;
             const auto row = static_cast<std::size_t>(frame - plan_.begin);
             result_.energies[row] = solution.energy;
-            result_.iterations[row] = iterations;
+            result_.iterations[row] = solution.all_iterations;
             result_.converged[row] = static_cast<char>(solution.converged);
             return true;
         } catch (const InvalidInput& error) {

@@ -23,11 +23,12 @@ struct SolveOptions {
     std::optional<double> tolerance;
     int max_iterations = 1000;   ///< of each stage; stages before the last have limits of their own as well
     double enough_energy = 0.0;  ///< with a start: also ends where the energy is not above this
-    /// With a start: solve from rest too, and keep the lower energy of both ends. For the end of a drag: the result
-    /// is then at least as good as a solve of the targets alone.
+    /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: solve from rest too, and keep
+    /// the lower energy of both ends. For the end of a drag: the result is then at least as good as one from rest.
     bool settle = false;
-    /// In a drag: a frame in a long valley ends early, since the next one makes up for it. Not where each is kept.
-    bool leaves_off = true;
+    /// In a drag: each frame is kept, and ends where a solve from rest settles. Large meshes go on from the frame
+    /// before unless their coarsest level finds a lower energy from rest.
+    bool is_kept = false;
     /// k numbers from 0 to 1, in the order of the anchors, or empty: what the strength of each soft anchor is
     /// multiplied with, 1 for hard ones. At 0 an anchor is free for this solve, and its target may be anything.
     std::vector<double> weights = {};

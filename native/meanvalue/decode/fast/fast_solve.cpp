@@ -10,6 +10,8 @@ namespace {
 // rest, and after so many iterations in a drag, whose next frames make up for what is left in a valley.
 constexpr double kEnergyTolerance = 50.0;
 constexpr int kPatience = 20;
+// Of the tolerance: that of answers that no next solve makes up for.
+constexpr double kOfKept = 0.1;
 // Soft anchors that are stronger than this end a drag's history: with 1e6 it takes three times the iterations.
 constexpr double kMostStrengthKept = 1e3;
 // Rounds of fitting examples and solving on the coarsest level, with as many iterations each as patience has, when a
@@ -65,17 +67,23 @@ DecodeReport FastSolve::run(Positions& positions) {
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
     set_soft_targets();
-    if (work_.levels.front().energy.soft_weights != former_weights) {  // another energy: the history is of no use
+    const bool is_cold = options_.previous == nullptr || (options_.is_kept && !leads_where_rest_does(positions));
+    // Another valley, or energy: the history is of no use.
+    const bool leaves = is_cold && options_.previous != nullptr;
+    if (leaves || work_.levels.front().energy.soft_weights != former_weights) {
         const std::lock_guard<std::mutex> lock(work_.drafting);
         work_.predictor.forget();
         work_.responses.forget();
         work_.is_drafting = work_.keeps_history = false;
     }
-    const bool is_cold = options_.previous == nullptr;
     goes_on_ = !is_cold && options_.in_drag && work_.predictor.has_answer();
     if (has_examples() && !goes_on_) forget_examples();
     const bool has_history = std::exchange(work_.keeps_history, false);
     LbfgsOptions lbfgs = lbfgs_options(options_.max_iterations);
+    const auto go_to_the_end = [&] {
+        lbfgs.energy_tolerance = 0.0;
+        if (options_.is_kept || options_.is_last) lbfgs.step_tolerance *= kOfKept;
+    };
     if (is_cold) {
         start_cold(positions);
     } else {
@@ -87,7 +95,7 @@ DecodeReport FastSolve::run(Positions& positions) {
             blend_examples(whole());
         }
         const bool goes_further = goes_on_ && !options_.is_last;
-        if (!goes_further || !options_.leaves_off) lbfgs.energy_tolerance = 0.0;
+        if (!goes_further || options_.is_kept) go_to_the_end();
         lbfgs.enough_energy = options_.enough_energy;
         lbfgs.patience = goes_further ? kPatience : 0;
         lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
@@ -97,11 +105,13 @@ DecodeReport FastSolve::run(Positions& positions) {
         return minimise(whole(), problem_.levels.front()->stages.size() - 1, lbfgs, positions);
     };
     LbfgsReport minimised = minimise_whole();
+    const bool goes_to_the_end = is_cold && (options_.is_kept || options_.is_last);
+    if (goes_to_the_end) go_to_the_end();
     if (has_examples() && !goes_on_) {
         fit_examples(whole(), positions);
         blend_examples(whole());
-        minimised = minimise_whole();
     }
+    if (goes_to_the_end || (has_examples() && !goes_on_)) minimised = minimise_whole();
     if (!is_cold && options_.in_drag && !options_.is_last) {
         const std::lock_guard<std::mutex> lock(work_.drafting);
         work_.predictor.note(positions, drivers_of(whole().bound, positions, soft_targets()));

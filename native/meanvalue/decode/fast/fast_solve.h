@@ -63,6 +63,7 @@ class FastSolve {
     double minimise_along(const HandlePaths::Path& path, Positions& positions);
 
     // From an earlier answer.
+    bool leads_where_rest_does(const Positions& goal);
     void start_warm(const Positions& previous, Positions& positions);
     void begin_drag(const Positions& previous);
     void suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal);

@@ -59,6 +59,7 @@ std::vector<double> FastSolve::carrying_weights() const {
 
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
+    if (options_.previous != nullptr) whole().bound.energy->soft_constraints().put(soft_targets(), positions);
     const Positions carried =
         carry_parts(problem_.components, problem_.region.positions, positions, carrying_weights());
     execution_.check();

@@ -12,6 +12,10 @@ constexpr double kLeastMove = 0.01;
 constexpr double kLeastCoarseMove = 1e-3;
 // The coarsest level's change is sound if the initial Hessian's answer is within this share of the way from it.
 constexpr double kSoundCoarse = 0.8;
+// Shares of the energy: at which a fall ends a solve that asks for the valley alone, and that another one is lower
+// by.
+constexpr double kNearValley = 1e-4;
+constexpr double kLower = 1e-3;
 
 }  // namespace
 
@@ -42,6 +46,31 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& moves, 
     const std::vector<Index>& free = level.bound.unknowns.free;
     for (std::size_t k = 0; k < free.size(); ++k)
         positions.row(free[k]) += answer.row(k);
+}
+
+/// Whether the answer before leads, on the coarsest level, to an energy as low as a solve from rest does. Where that
+/// is the whole mesh, rest is asked alone. @param goal n x 3, the fixed vertices.
+bool FastSolve::leads_where_rest_does(const Positions& goal) {
+    if (problem_.levels.size() < 2 || has_examples()) return false;
+    const Level level = coarsest();
+    LbfgsOptions options = lbfgs_options(options_.max_iterations);
+    options.energy_tolerance = kNearValley;
+    const auto energy_at_end = [&](Positions& shape) {
+        return minimise(level, level.bound.stages.size() - 1, options, shape).energies.back();
+    };
+    Positions led = goal;
+    for (const Index v : level.bound.unknowns.free)
+        led.row(v) = options_.previous->row(v);
+    const Positions soft = level.bound.energy->soft_constraints().rows_of(*options_.previous);
+    const Positions moves = drivers_of(level.bound, goal, level.work.energy.soft_targets) -
+                            drivers_of(level.bound, *options_.previous, soft);
+    respond(level, level.bound.stages.size() - 1, moves, led);
+    const double energy = energy_at_end(led);
+    Positions from_rest = goal;
+    start_from_rest(from_rest);
+    const double energy_from_rest = energy_at_end(from_rest);
+    set_soft_targets();  // those of free anchors were where rest has them
+    return energy_from_rest > (1.0 - kLower) * energy;
 }
 
 double FastSolve::least_move() const {
