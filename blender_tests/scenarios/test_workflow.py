@@ -18,7 +18,7 @@ def native_result(native, obj, pose_name, anchors, roi=None):
     anchors = np.array(anchors, np.int32)
     deformer = native.Deformer(rest.astype(np.float64), triangles, anchors, roi=roi, handles=handles)
     targets = steps.key_positions(obj, pose_name)[anchors].astype(np.float64)
-    return deformer.solve(targets).vertices.astype(np.float32)
+    return deformer.solve(targets, settle=True).vertices.astype(np.float32)
 
 
 def vertex_handle(obj, vertex):
