@@ -99,8 +99,8 @@ class Following:
             self._wait_for_job(obj, FRAME_SECONDS - QUICK_SECONDS)
 
     def tick(self, obj):
-        """In a timer: collects what is finished and starts what is next."""
-        if self._job is None or self._job.is_finished:
+        """In a timer: collects what is finished, and starts what is next: also where the mesh is another meanwhile."""
+        if self._job is None or self._job.is_finished or (self._binding is None and not self._is_read(obj)):
             self._advance(obj, makes_keys=True)
         elif self._binding is None:
             self._show_meanwhile(obj)

@@ -185,16 +185,18 @@ def keep_edit(obj, held, ours=None):
 
 
 def keep_joined(obj, shape):
-    """What an object that was joined to this one brought into the result, and n x 3 `shape` would write over, becomes a
-    key: on top of the pose where no handle moves it, else at value 0. Returns a note or None."""
+    """What new vertices, as of an object that was joined, hold in the result becomes a key where n x 3 `shape` would
+    write over it: on top of the pose where no handle moves it, else at value 0. Returns a note or None."""
     held, rest, keys = result_positions(obj), rest_positions(obj.data), obj.data.shape_keys
-    if held is None or keys.get(WRITTEN[Role.POSE], "").split()[2:] in ([], [str(len(held))]):
+    if held is None or not np.isfinite(held).all():
+        return None
+    if keys.get(WRITTEN[Role.POSE], "").split()[2:] in ([], [str(len(held))]):
         return None
     far = np.abs((held - shape, shape - rest)).max(axis=2) > 0.01 * bounding_box_diagonal(rest)
     key = add_shape(obj, "Joined Pose", rest + (held - shape)) if far[0].any() else None
     if key is not None:
         key.value = float(not far.all(axis=0).any())
-    return key and f"The pose that came with a joined object is kept as '{key.name}', which has value {key.value:g}"
+    return key and f"The pose that came with new vertices is kept as '{key.name}', which has value {key.value:g}"
 
 
 def result_positions(obj):

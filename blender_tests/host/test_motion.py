@@ -56,3 +56,11 @@ def test_a_rigid_move_is_fitted_exactly():
     assert np.allclose(motion.fitted(points, motion.apply(a_move(), points)), a_move(), atol=1e-12)
     flat = points * (1.0, 1.0, 0.0)
     assert np.allclose(motion.fitted(flat, motion.apply(a_move(), flat)), a_move(), atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_points_leave_open_is_not_turned(count):
+    line = np.outer(np.arange(count), (1.0, 0.0, 0.0))
+    move = motion.fitted(line, line + np.array((0.0, 2.0, 0.0)))
+    assert np.allclose(move[:3, :3], np.eye(3))
+    assert np.allclose(move[:3, 3], (0.0, 2.0, 0.0))

@@ -60,6 +60,19 @@ def test_a_control_turns_what_is_seen_about_itself(make):
     assert np.abs(rigs.seen(obj)[MIDDLE] - expected).max() < NEAR * rigs.size(obj)
 
 
+@pytest.mark.parametrize("volume", [False, True])
+def test_the_key_is_what_inverse_skinning_gives(volume):
+    obj, armature = rigs.arm(volume)
+    rigs.bend(armature, 90.0)
+    control = rigs.held(obj, "Part", MIDDLE)
+    rest = steps.key_positions(obj, "Basis").astype(np.float64)
+    assert np.abs(rigs.skinned(obj, armature, rest, volume) - rigs.seen(obj)).max() < 1e-4
+    rigs.move_in_world(control, OFFSET)
+    shape = steps.key_positions(obj, RESULT).astype(np.float64)
+    expected = rigs.skinned(obj, armature, rest, volume)[MIDDLE] + OFFSET
+    assert np.abs(rigs.skinned(obj, armature, shape, volume)[MIDDLE] - expected).max() < NEAR * rigs.size(obj)
+
+
 @ALL
 def test_a_rig_that_moves_changes_no_key(make):
     obj, armature = make()

@@ -12,6 +12,7 @@ from support.mixed_limbs import (
     bake,
     bending,
     in_betweens_of,
+    limb,
     linear_miss,
     miss,
     rest,
@@ -124,6 +125,27 @@ def test_baked_in_betweens_are_within_the_tolerance_and_need_no_addon():
             assert np.linalg.norm(shown(obj) - shapes[value], axis=1).max() <= 0.002 * DIAGONAL
     finally:
         installed.enable()
+
+
+def masked_and_bending():
+    """A key that is thicker in the last third alone, by a group with a soft edge, beside one that bends all."""
+    obj = limb(Thick=rest() * (1.0, 1.5, 1.5), Bend=bent_limb.bent(rest(), 110.0))
+    steps.add_weights(obj, "Tail", np.clip((rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0))
+    obj.data.shape_keys.key_blocks["Thick"].vertex_group = "Tail"
+    return obj
+
+
+def test_a_masked_slider_does_not_make_the_mesh_jump():
+    obj = masked_and_bending()
+    obj.meanvalue.mix.is_on = True
+    set_value(obj, "Thick", 0.6)
+    shapes = []
+    for bend in np.linspace(0.0, 1.0, 21):
+        set_value(obj, "Bend", bend)
+        shapes.append(shown(obj))
+    assert np.linalg.norm(np.diff(shapes, axis=0), axis=2).max() <= 0.1 * DIAGONAL
+    set_value(obj, "Thick", 0.0)
+    np.testing.assert_allclose(shown(obj), bent_limb.bent(rest(), 110.0), atol=1e-5)
 
 
 def test_in_betweens_taken_back_leave_nothing():

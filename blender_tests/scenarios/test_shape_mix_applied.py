@@ -29,6 +29,10 @@ def added(obj, name):
     return steps.key_positions(obj, name) - steps.key_positions(obj, "Basis")
 
 
+def all_keys(obj):
+    return {key.name: steps.key_positions(obj, key.name) for key in keys_of(obj)}
+
+
 @pytest.mark.parametrize("apply", APPLY.values(), ids=APPLY)
 @pytest.mark.parametrize("value", [0.0, 0.5, 1.0])
 def test_the_artist_s_keys_add_what_they_added(apply, value):
@@ -53,7 +57,7 @@ def test_the_artist_s_keys_add_what_they_added(apply, value):
 
 
 @pytest.mark.parametrize("apply", APPLY.values(), ids=APPLY)
-def test_in_betweens_go_along(apply):
+def test_in_betweens_go_along_and_bake_mix_is_asked_for(apply, capfd):
     obj = bending()
     bake(obj)
     set_value(obj, "Bend", 0.5)
@@ -62,6 +66,9 @@ def test_in_betweens_go_along(apply):
     expressions = [curve.driver.expression for curve in obj.data.shape_keys.animation_data.drivers]
     meshes.activate(obj)
     assert apply() == {'FINISHED'}
+    said = capfd.readouterr().out
+    assert "Bake Mix" in said and "'Bend'" in said
+    assert not any(f"'{name}'" in said for name in made), "these are not the artist's"
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(obj), before, atol=1e-4)
     assert in_betweens_of(obj) == made
@@ -69,3 +76,27 @@ def test_in_betweens_go_along(apply):
     bake(obj)
     assert bpy.ops.meanvalue.bake_mix(remove=True) == {'FINISHED'}
     assert [key.name for key in keys_of(obj)][:2] == ["Basis", "Bend"]
+
+
+@pytest.mark.parametrize("is_baked", [False, True], ids=["live", "baked"])
+def test_undo_brings_all_keys_back(is_baked):
+    obj = bending()
+    if is_baked:
+        bake(obj)
+    else:
+        obj.meanvalue.mix.is_on = True
+    set_value(obj, "Bend", 0.5)
+    lean(obj)
+    meshes.activate(obj)
+    bpy.ops.ed.undo_push(message="before")
+    before, looks = all_keys(obj), shown(obj)
+    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    bpy.ops.ed.undo_push(message="applied")
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Limb"]
+    bpy.context.view_layer.update()
+    after = all_keys(obj)
+    assert list(after) == list(before)
+    for name, shape in before.items():
+        np.testing.assert_allclose(after[name], shape, atol=1e-5, err_msg=name)
+    np.testing.assert_allclose(shown(obj), looks, atol=1e-4)

@@ -16,6 +16,7 @@ from support.mixed_limbs import (
     limb,
     linear_miss,
     miss,
+    mixing,
     rest,
     set_value,
     shown,
@@ -40,7 +41,7 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh():
     twin = meshes.new_object("Twin", obj.data)
     twin.meanvalue.mix.is_on = True
     set_value(twin, "Bend", 0.5)
-    assert status(twin)[1] and MIX not in keys_of(obj)
+    assert "Remove In-Betweens" in status(twin)[0] and MIX not in keys_of(obj)
     twin.meanvalue.mix.is_on = False
     bake(twin)
     assert len(keys_of(obj)) == 2 + len(made)
@@ -118,6 +119,23 @@ def test_all_keys_deleted_while_in_betweens_are_there():
     assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
 
 
+@pytest.mark.parametrize("low, high", [(-1.0, 1.0), (0.0, 2.0)])
+def test_ranges(low, high):
+    obj = bending(60.0)
+    keys_of(obj)["Bend"].slider_min, keys_of(obj)["Bend"].slider_max = low, high
+    obj.meanvalue.mix.is_on = True
+    values = np.linspace(low, high, 5)
+    shapes = []
+    for value in values:
+        set_value(obj, "Bend", value)
+        shapes.append(shown(obj))
+        assert miss(obj, bent_limb.bent(rest(), 60.0 * value)) <= 0.02 * DIAGONAL
+    bake(obj)
+    for value, shape in zip(values, shapes, strict=True):
+        set_value(obj, "Bend", value)
+        assert np.linalg.norm(shown(obj) - shape, axis=1).max() <= 0.002 * DIAGONAL
+
+
 @pytest.fixture
 def playing(tmp_path):
     """An animated mix in shape keys, frame by frame."""
@@ -137,7 +155,7 @@ def test_mixing_does_not_add_to_a_bake_that_plays(playing):
     playing.meanvalue.mix.is_on = True
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(playing), before, atol=1e-4)
-    assert status(playing)[1]
+    assert "Remove Bake" in status(playing)[0]
 
 
 def test_in_betweens_do_not_add_to_a_bake_that_plays(playing):
@@ -170,7 +188,7 @@ def test_a_bake_does_not_add_to_in_betweens(tmp_path):
         assert np.abs(shown(obj) - shape).max() <= 0.005 * DIAGONAL
 
 
-def test_a_new_slider_beside_in_betweens_is_not_mixed_at_once():
+def test_a_new_slider_beside_in_betweens_is_told_to_be_baked(capfd):
     other = bending(60.0)
     other.name = "Source"
     keys_of(other)["Bend"].value = 1.0
@@ -178,8 +196,25 @@ def test_a_new_slider_beside_in_betweens_is_not_mixed_at_once():
     bake(obj)
     made = in_betweens_of(obj)
     assert bpy.ops.meanvalue.morph(source="Source") == {'FINISHED'}
+    assert "Bake Mix" in capfd.readouterr().out
     assert not obj.meanvalue.mix.is_on
     assert in_betweens_of(obj) == made
+
+
+def test_undo_of_bake_mix_brings_live_mixing_back():
+    obj = mixing()
+    bpy.ops.ed.undo_push(message="before")
+    before = shown(obj)
+    bake(obj)
+    bpy.ops.ed.undo_push(message="baked")
+    made = in_betweens_of(obj)
+    bpy.ops.ed.undo()
+    obj = bpy.data.objects["Limb"]
+    assert obj.meanvalue.mix.is_on and in_betweens_of(obj) == []
+    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    bpy.ops.ed.redo()
+    obj = bpy.data.objects["Limb"]
+    assert not obj.meanvalue.mix.is_on and in_betweens_of(obj) == made
 
 
 def test_in_betweens_are_saved_and_appended(tmp_path):

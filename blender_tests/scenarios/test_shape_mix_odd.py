@@ -81,7 +81,7 @@ def test_absolute_while_live_is_told_and_mended():
     before = shown(obj)
     obj.data.shape_keys.use_relative = False
     bpy.context.view_layer.update()
-    assert status(obj)[1]
+    assert status(obj)[1] and "absolute" in status(obj)[0]
     obj.data.shape_keys.use_relative = True
     bpy.context.view_layer.update()
     assert not status(obj)[1]
@@ -92,7 +92,7 @@ def test_all_keys_deleted_while_live():
     obj = mixing()
     obj.shape_key_clear()
     bpy.context.view_layer.update()
-    assert status(obj)[1]
+    assert status(obj)[1] and "no shape keys" in status(obj)[0]
 
 
 def test_muted_and_reordered_while_live():
@@ -142,13 +142,26 @@ def test_a_linked_mesh_is_left_alone(tmp_path):
         assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 
+def test_undone_and_redone_while_live():
+    obj = mixing(value=0.25)
+    bpy.ops.ed.undo_push(message="quarter")
+    quarter = shown(obj)
+    set_value(obj, "Bend", 0.75)
+    bpy.ops.ed.undo_push(message="three quarters")
+    more = shown(obj)
+    bpy.ops.ed.undo()
+    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), quarter, atol=1e-4)
+    bpy.ops.ed.redo()
+    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), more, atol=1e-4)
+
+
 @pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
 def test_mixing_waits_in_other_modes(mode):
     obj = mixing()
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode=mode)
     set_value(obj, "Bend", 0.25)
-    assert status(obj)[1]
+    assert status(obj)[1] and "Mode" in status(obj)[0]
     bpy.ops.object.mode_set(mode='OBJECT')
     bpy.context.view_layer.update()
     assert not status(obj)[1]
@@ -160,5 +173,6 @@ def test_live_posing_of_another_object_with_the_mesh_is_told():
     twin = twin_of(obj)
     twin.meanvalue.live = True
     set_value(obj, "Bend", 0.4)
-    assert any(status(each)[1] for each in (obj, twin))
+    said = [status(each)[0] for each in (obj, twin)]
+    assert any("has the same mesh" in text for text in said), said
     assert MIX in keys_of(obj), "the mix of the other object was not taken away"

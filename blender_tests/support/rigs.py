@@ -52,11 +52,30 @@ def bend(armature, degrees, bone="Lower"):
     update()  # controls that went along have their place after this one
 
 
-def skinned(obj, armature, points):
+def skinned(obj, armature, points, volume=False):
     """n x 3: where skinning by the book has the n x 3 points of the key, from the bones' matrices."""
     turn = np.array(armature.pose.bones["Lower"].matrix @ armature.data.bones["Lower"].matrix_local.inverted())
     share = lower_share(obj)[:, None]
-    return (1.0 - share) * points + share * (points @ turn[:3, :3].T + turn[:3, 3])
+    if not volume:
+        return (1.0 - share) * points + share * (points @ turn[:3, :3].T + turn[:3, 3])
+    pairs = zip(share[:, 0], points, strict=True)
+    return np.array([_by_dual_quaternions(turn, float(each), point) for each, point in pairs])
+
+
+def _by_dual_quaternions(turn, share, point):
+    """Kavan et al. 2007, for two bones of which one is at rest."""
+    from mathutils import Matrix, Quaternion, Vector
+
+    matrix = Matrix(turn.tolist())
+    real = matrix.to_quaternion()
+    dual = 0.5 * (Quaternion((0.0, *matrix.translation)) @ real)
+    sign = -1.0 if real.w < 0.0 else 1.0
+    real = np.array((1.0 - share, 0.0, 0.0, 0.0)) + sign * share * np.array(real)
+    dual = sign * share * np.array(dual)
+    length = float(np.linalg.norm(real))
+    real, dual = Quaternion(real / length), Quaternion(dual / length)
+    offset = 2.0 * (dual @ real.conjugated())
+    return np.array(real @ Vector(point.tolist())) + np.array(offset)[1:]
 
 
 def seen(obj):

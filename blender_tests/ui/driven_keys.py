@@ -71,3 +71,13 @@ def a_dragged_handle_moves_a_slider(ui):
     yield from ui.redo()
     yield from ui.wait_until(_settled, "the redo is settled")
     assert abs(value() - dropped) < 1e-3
+
+
+def esc_takes_the_slider_back(ui):
+    yield from _set_up(ui)
+    place = np.array(control().location)
+    yield from ui.drag_by_keys('G', 40, 0, end=None)
+    yield from ui.wait_until(lambda: value() > 0.05, "the slider follows")
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: _settled() and abs(value()) < 1e-3, "the slider is back")
+    assert np.abs(np.array(control().location) - place).max() < 1e-6

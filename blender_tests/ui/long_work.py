@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
 
+import contextlib
 
 import bpy
 import numpy as np
-from support import steps
+from support import installed, steps, tasks
 from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
@@ -38,6 +39,7 @@ def escape_during_a_bind(ui):
     yield from ui.invoke("meanvalue.bind")
     yield from ui.wait_until(ui.status_text, "the status bar tells of the bind")
     yield from ui.screenshot("long_1_binding", amid_work=True)
+    assert "Esc: Cancel" in ui.status_text()
     yield from ui.key('ESC')
     yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     assert_same(before, snapshot(sheet()))
@@ -48,6 +50,42 @@ def escape_during_a_bind(ui):
     yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     yield from ui.undo()
     assert not sheet().meanvalue.bound.is_bound
+
+
+def escape_during_a_solve(ui):
+    yield from _sheet(ui, live=False)
+    yield from ui.invoke("meanvalue.bind")
+    yield from ui.wait_until(lambda: sheet().meanvalue.bound.is_bound, "it is bound")
+    control().location.z += 1.0
+    control().rotation_mode = 'XYZ'
+    control().rotation_euler.x = 2.0
+    ui.remember()
+    before = snapshot(sheet())
+    with _solving_until_cancelled():
+        yield from ui.invoke("meanvalue.solve")
+        yield from ui.wait_until(lambda: "Solving 'Sheet'" in (ui.status_text() or ""), "the status bar tells of it")
+        yield from ui.key('ESC')
+        yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(sheet()))
+    yield from ui.invoke("meanvalue.solve")
+    yield from ui.wait_until(lambda: sheet().data.shape_keys, "it is solved when it is let")
+
+
+@contextlib.contextmanager
+def _solving_until_cancelled():
+    """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
+    session = installed.part("solver.session")
+    solve_steps = session.solve_steps
+
+    def late(*arguments, execution, **options):
+        yield tasks.Until(lambda: execution.cancelled)
+        return (yield from solve_steps(*arguments, execution=execution, **options))
+
+    session.solve_steps = late
+    try:
+        yield
+    finally:
+        session.solve_steps = solve_steps
 
 
 def a_slow_drag_ends_with_the_answer(ui):

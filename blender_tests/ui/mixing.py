@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shape keys that turn, in Properties: switched on, dragged, baked to in-between keys, undone."""
+"""Shape keys that turn, in Properties: switched on, dragged, baked to in-between keys, stopped by Esc, undone."""
 
 import bpy
 import numpy as np
 from harness import view
 from support import bent_limb, meshes
 from support.interface import is_settled
+from support.snapshot import assert_same, snapshot
 
 MIX = "Rotation-Aware Mix"
 
@@ -35,12 +36,16 @@ def _length():
     return np.linalg.norm(np.diff(rings, axis=0), axis=1).sum()
 
 
-def _set_up(ui):
-    rest, faces = bent_limb.limb()
+def _set_up(ui, along=36, twist=False):
+    rest, faces = bent_limb.limb(along=along)
     obj = meshes.make_object(rest.tolist(), faces, "Limb")
     obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Bend", from_mix=False)
-    key.data.foreach_set("co", bent_limb.bent(rest, 140.0).astype(np.float32).ravel())
+    shapes = {"Bend": bent_limb.bent(rest, 140.0)}
+    if twist:
+        shapes["Twist"] = bent_limb.twisted(rest, 120.0)
+    for name, shape in shapes.items():
+        key = obj.shape_key_add(name=name, from_mix=False)
+        key.data.foreach_set("co", shape.astype(np.float32).ravel())
     ui.remember()
     yield from _show_shape_keys(ui)
     yield from ui.key('NUMPAD_1')
@@ -97,6 +102,7 @@ def sliders_turn_and_are_baked(ui):
     yield from ui.invoke("meanvalue.bake_mix")
     yield from ui.wait_until(lambda: ui.status_text() is None and MIX not in keys(), "it is baked")
     assert abs(_length() - whole) < 0.03 * whole
+    assert any("driven by its sliders" in line for line in ui.reports()), ui.reports()
     yield from ui.screenshot("mix_4_baked")
     yield from ui.undo()
     yield from ui.wait_until(settled, "it is live again")
@@ -108,3 +114,17 @@ def sliders_turn_and_are_baked(ui):
     yield from ui.screenshot("mix_5_slider_deleted")
     yield from ui.invoke("meanvalue.bake_mix", remove=True)
     assert [key.name for key in keys()] == ["Basis"]
+
+
+def esc_stops_the_bake(ui):
+    yield from _set_up(ui, along=1200, twist=True)
+    limb().meanvalue.mix.tolerance_share = 0.001
+    before = snapshot(limb())
+    yield from ui.invoke("meanvalue.bake_mix")
+    yield from ui.wait_until(lambda: "solved" in (ui.status_text() or ""), "the status bar tells how many are solved")
+    assert "Baking the mix of 'Limb'" in ui.status_text() and "Esc: Cancel" in ui.status_text()
+    yield from ui.screenshot("mix_6_baking", amid_work=True)
+    yield from ui.key('ESC')
+    yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
+    assert_same(before, snapshot(limb()))
+    assert any("Cancelled" in line for line in ui.reports()), ui.reports()

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from support import meshes
+from support import meshes, steps
 
 
 @pytest.fixture
@@ -29,3 +29,12 @@ def test_the_basis_may_have_any_name_and_place(shape_keys):
     assert "is the rest shape" in shape_keys.result_problem(obj)
     obj.meanvalue.result_key = "Basis"
     assert shape_keys.result_problem(obj) is None
+
+
+def test_a_pinned_pose_is_pointed_out(shape_keys):
+    obj = meshes.grid()
+    steps.add_pose_key(obj)
+    obj.show_only_shape_key = True
+    notes = shape_keys.write_result(obj, np.zeros((25, 3), np.float32))
+    assert "is pinned" in notes[-1]
+    assert obj.show_only_shape_key

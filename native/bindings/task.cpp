@@ -85,6 +85,7 @@ bool Task::finished() const {
 }
 
 bool Task::wait(std::optional<double> seconds) const {
+    if (!seconds) *waits_ = false;  // not for each other
     const auto state = state_;
     if (!state->is_done && state->process != this_process()) {
         throw ::meanvalue::SolverFailure(
@@ -160,7 +161,7 @@ void bind_task(py::module_& module) {
         .def_property(
             "waits", &Task::waits, &Task::let_wait,
             "bool, to be set: whether the work waits once there is an `early`, so that the processor is free\n"
-            "for that. Set to False it goes on, as it does where result() is asked for.")
+            "for that. Set to False it goes on, as it does for wait() and result().")
         .def("wait", &Task::wait, py::arg("seconds") = py::none(),
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
         .def("result", &Task::result,

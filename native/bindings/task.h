@@ -40,7 +40,8 @@ class Task {
 
     bool finished() const;
 
-    /// Waits at most so many seconds, without end if there are none, or more than a year. @return finished().
+    /// Waits at most so many seconds, without end if there are none, or more than a year; in the first case the work
+    /// waits for nothing any more. @return finished().
     /// @throws SolverFailure in a forked child, where it was still running before; what a handler of Python's raises
     /// for a signal, as for Ctrl-C.
     bool wait(std::optional<double> seconds) const;
