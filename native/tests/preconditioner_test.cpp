@@ -52,6 +52,7 @@ Positions right_hand_sides() {
 
 std::vector<SpringEnd> ends_of(const std::vector<Index>& rows) {
     std::vector<SpringEnd> ends;
+    ends.reserve(rows.size());
     for (const Index row : rows)
         ends.push_back({{row}, {1.0}});
     return ends;
