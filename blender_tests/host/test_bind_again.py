@@ -22,19 +22,6 @@ def test_options_are_those_of_a_bind_and_the_earlier_deformer_stays():
     assert np.array_equal(earlier.solve(targets[:3]).vertices, before)
 
 
-def test_points_of_faces_are_anchors_behind_those_of_vertices():
-    wanted = VERTICES[ENDS[12:]] + [0.3, 0.0, 0.1]
-    near = 0.6 * VERTICES[[60, 100]] + 0.4 * VERTICES[[61, 101]]
-    faces, weights, _ = meanvalue.Surface(VERTICES, TRIANGLES).nearest(near)
-    earlier = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS[12:])
-    targets = np.vstack([wanted, np.add(near, [0.2, 0.0, -0.1])])
-    posed = earlier.rebind(ENDS[12:], points=(faces, weights)).solve(targets).vertices
-    reached = np.einsum("pc,pcd->pd", weights, posed[TRIANGLES[faces]])
-    assert np.allclose(np.vstack([posed[ENDS[12:]], reached]), targets, atol=1e-6)
-    with pytest.raises(meanvalue.InvalidInput, match="points has 2 faces and 1 rows of weights"):
-        earlier.rebind(ENDS[12:], points=(faces, weights[:1]))
-
-
 def test_it_is_cancelled():
     execution = meanvalue.Execution()
     execution.cancel()

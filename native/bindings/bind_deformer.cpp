@@ -30,26 +30,9 @@ LooseRule loose_rule_from_name(const std::string& name) {
     throw ::meanvalue::InvalidInput(message("loose is '", name, "'; this version knows 'stay' and 'follow'"));
 }
 
-/// Faces and weights.
-using PointsArgument = std::optional<std::pair<py::object, py::object>>;
-
-std::vector<FacePoint> points_of(const PointsArgument& points) {
-    if (!points) return {};
-    const std::vector<Index> faces = as_indices(points->first, "points", "face");
-    const PositionsArray weights(points->second, "points");
-    if (static_cast<std::size_t>(weights.view().rows()) != faces.size()) {
-        throw ::meanvalue::InvalidInput(message("points has ", faces.size(), " faces and ", weights.view().rows(),
-                                                " rows of weights; give one of each for each point"));
-    }
-    std::vector<FacePoint> result;
-    for (std::size_t p = 0; p < faces.size(); ++p)
-        result.push_back({faces[p], weights.view().row(static_cast<Eigen::Index>(p))});
-    return result;
-}
-
 void give_anchors(const py::object& anchors, const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border,
-                  const std::optional<py::object>& stiffness, const PointsArgument& points, Binding& binding) {
+                  const std::optional<py::object>& stiffness, Binding& binding) {
     if (border < 0) throw ::meanvalue::InvalidInput("border is negative; give 0 or more");
     binding.anchors = as_indices(anchors, "anchors", "vertex");
     const auto count = static_cast<Index>(binding.anchors.size());
@@ -68,7 +51,6 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
                 "handles is empty, but there are anchors; give one number for each, or None");
         }
     }
-    binding.points = points_of(points);
     binding.rigidity = rigidity;
     if (strengths) {
         binding.strengths = as_numbers(*strengths, "strengths");
@@ -130,12 +112,12 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 const std::optional<py::object>& roi, const std::optional<py::object>& handles,
                 std::optional<double> rigidity, const std::optional<py::object>& strengths, Index border,
                 const std::string& loose, const std::string& method, int threads, bool portable,
-                const std::optional<py::object>& examples, const std::optional<py::object>& stiffness,
-                const PointsArgument& points, bool early, const SharedExecution& execution) {
+                const std::optional<py::object>& examples, const std::optional<py::object>& stiffness, bool early,
+                const SharedExecution& execution) {
     const PositionsArray positions(vertices, "vertices");
     Binding binding(positions.view(), std::make_shared<const Triangles>(triangles_of(faces, positions.view())), {},
                     as_flags(roi, "roi"));
-    give_anchors(anchors, handles, rigidity, strengths, border, stiffness, points, binding);
+    give_anchors(anchors, handles, rigidity, strengths, border, stiffness, binding);
     binding.loose = loose_rule_from_name(loose);
     binding.method = method_from_name(method);
     binding.threads = threads;
@@ -147,10 +129,9 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
 Task start_rebind(const std::shared_ptr<Deformer>& earlier, const py::object& anchors,
                   const std::optional<py::object>& handles, std::optional<double> rigidity,
                   const std::optional<py::object>& strengths, Index border,
-                  const std::optional<py::object>& stiffness, const PointsArgument& points, bool early,
-                  const SharedExecution& execution) {
+                  const std::optional<py::object>& stiffness, bool early, const SharedExecution& execution) {
     Binding binding = earlier->binding_again();
-    give_anchors(anchors, handles, rigidity, strengths, border, stiffness, points, binding);
+    give_anchors(anchors, handles, rigidity, strengths, border, stiffness, binding);
     return start_bind_of(std::move(binding), earlier, early, execution);
 }
 
@@ -263,8 +244,7 @@ void bind_deformer(py::module_& module) {
                py::arg("handles") = py::none(), py::arg("rigidity") = py::none(), py::arg("strengths") = py::none(),
                py::arg("border") = 0, py::arg("loose") = "stay", py::arg("method") = "fast", py::arg("threads") = 0,
                py::arg("portable") = false, py::arg("examples") = py::none(), py::arg("stiffness") = py::none(),
-               py::arg("points") = py::none(), py::arg("early") = false, py::arg("execution") = py::none(),
-               text.c_str());
+               py::arg("early") = false, py::arg("execution") = py::none(), text.c_str());
     };
     def_bind(
         [&](const auto&... arguments) { deformer.def(py::init(deformer_of(&start_bind)), arguments...); },
@@ -303,10 +283,6 @@ void bind_deformer(py::module_& module) {
         "stiffness: (n,) float factors from 1e-6 to 1e6: how many times as much lengths count around each\n"
         "vertex; None: 1. With 30 along limbs and 1 around joints, limbs bend at their joints. Soft anchors keep\n"
         "their reach: all are stronger by the root of the factors' geometric mean. Method 'fast' only.\n"
-        "points: (faces (p,), weights (p, 3)), as Surface.nearest() gives them: anchors inside triangles whose\n"
-        "corners are free, at most three in one. In targets, handles, strengths and weights theirs come behind\n"
-        "those of the vertices. Where the strength is inf or None, a point is met to 1e-6 of the size. Polygons:\n"
-        "triangles of triangulate(). Method 'fast' only.\n"
         "early: of start_bind(): Task.early can be used meanwhile. It takes some 5 % more memory.\n"
         "Raises InvalidInput that names what is wrong (a vertex with more than 2048 neighbors that may move,\n"
         "among others), TooLittleMemory where the computer has less than a bind takes, SolverFailure, Cancelled.");
@@ -385,14 +361,14 @@ void bind_deformer(py::module_& module) {
         deformer, "rebind", &start_rebind,
         "Bind the same mesh to other anchors. Returns a new Deformer; this one stays as it is.\n\n"
         "Mesh, roi, method, threads, portable and loose are those of this one; anchors, handles, rigidity,\n"
-        "strengths, border, stiffness and points as in Deformer(), whose result this has, bit by bit. What does not\n"
+        "strengths, border and stiffness as in Deformer(), whose result this has, bit by bit. What does not\n"
         "depend on these is shared:\n"
         "with a handle more or less it takes two thirds of the time. Large handles (more than a 64th of the\n"
         "vertices) that come or go, and parts of the mesh that had no anchor before, take as long as at first.\n"
         "Raises InvalidInput, SolverFailure, Cancelled as Deformer().",
         py::arg("anchors"), py::kw_only(), py::arg("handles") = py::none(), py::arg("rigidity") = py::none(),
         py::arg("strengths") = py::none(), py::arg("border") = 0, py::arg("stiffness") = py::none(),
-        py::arg("points") = py::none(), py::arg("early") = false, py::arg("execution") = py::none());
+        py::arg("early") = false, py::arg("execution") = py::none());
     deformer.def_property_readonly("report", &Deformer::report, py::return_value_policy::reference_internal,
                                    "BindReport: what bind found, and what it cost.");
     bind_sequence(module, deformer);

@@ -13,7 +13,7 @@
 // | another `b` | other control vertices | `deformer.binding_again()` with other `anchors`: two thirds of a bind |
 // | a smaller `F` | `insert_roi_vertices()` | `Binding::roi`: n flags, 1 may move |
 // | `bc` turned as a whole | `rotate()` | turn its rows; `Binding::handles` tells which anchors are one piece |
-// | none | none | `Binding::strengths`: springs; `points`: anchors in faces; `stiffness`: limbs bend at joints |
+// | none | none | `Binding::strengths`: springs for constraints; `stiffness`: factors of lengths, to bend at joints |
 //
 // Constrained vertices are at `bc` exactly. `Binding::rigidity` says how much lengths count; at 0 only shape does.
 #include <meanvalue/meanvalue.h>

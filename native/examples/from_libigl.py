@@ -6,7 +6,6 @@
 # | the same from `U = V` | | `deformer.solve(bc).vertices` |
 # | all at once | `mesh.deform_as_rigid_as_possible(b, bc, 50)` | `deform(V, F, b, bc).vertices` |
 # | another `b` | | `deformer.rebind(b)` |
-# | none | | `Deformer(V, F, b, points=(faces, weights))`: anchors inside faces, behind those of `b` |
 # | none | | `Deformer(V, F, b, stiffness=1.0 + 29.0 * is_limb)`: limbs bend at their joints |
 #
 # `b` has one dimension: of a column give `b.ravel()`, of flags `np.flatnonzero(flags)`. For Open3D, `V` is

@@ -12,8 +12,7 @@ SolveOptions read_options(Bytes& bytes, const Binding& binding) {
     options.tolerance = read_tolerance(bytes);
     options.max_iterations = read_max_iterations(bytes);
     options.settle = bytes.once_in(4);
-    if (!binding.strengths.empty())
-        options.weights = read_weights(bytes, binding.anchors.size() + binding.points.size());
+    if (!binding.strengths.empty()) options.weights = read_weights(bytes, binding.anchors.size());
     return options;
 }
 
@@ -68,7 +67,7 @@ void solve_twice(Bytes& bytes, const Mesh& mesh, const Binding& binding, Deforme
     std::optional<Positions> start;
     for (int turn = 0; turn < 2; ++turn) {
         const SolveOptions options = read_options(bytes, binding);
-        const Positions targets = read_targets(bytes, mesh, binding);
+        const Positions targets = read_targets(bytes, mesh, binding.anchors);
         if (start && bytes.once_in(16)) (*start)(bytes.below(mesh.vertex_count()), 1) = bytes.number();
         Execution execution;
         const Solution solution =

@@ -132,12 +132,7 @@ Positions read_other_shape(Bytes& bytes, const Mesh& mesh) {
     return shape;
 }
 
-Positions read_targets(Bytes& bytes, const Mesh& mesh, const Binding& binding) {
-    std::vector<Index> anchors = binding.anchors;
-    for (const FacePoint& point : binding.points) {
-        const bool is_face = point.face >= 0 && point.face < mesh.faces.rows();
-        anchors.push_back(is_face ? mesh.faces(point.face, 0) : -1);
-    }
+Positions read_targets(Bytes& bytes, const Mesh& mesh, const std::vector<Index>& anchors) {
     Positions targets(static_cast<Eigen::Index>(anchors.size()), 3);
     const double reach =
         bounding_box_diagonal(mesh.vertices) * std::pow(10.0, bytes.once_in(8) ? bytes.below(12) - 5 : -1);
@@ -165,8 +160,6 @@ void read_border(Bytes& bytes, Binding& binding) {
 }  // namespace
 
 void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const auto face_count = static_cast<Index>(binding.faces->rows());
     binding.anchors.clear();
     const bool is_wild = bytes.once_in(16);
     for (Index k = bytes.below(9); k > 0 && vertex_count > 0; --k) {
@@ -186,7 +179,8 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
     }
     if (bytes.once_in(3)) {
         for (std::size_t k = 0; k < count; ++k) {
-            binding.strengths.push_back(bytes.once_in(3) ? kInfinity : std::pow(10.0, bytes.below(18) - 8));
+            binding.strengths.push_back(bytes.once_in(3) ? std::numeric_limits<double>::infinity()
+                                                         : std::pow(10.0, bytes.below(18) - 8));
             if (bytes.once_in(64)) binding.strengths.back() = bytes.number();
         }
     }
@@ -195,14 +189,6 @@ void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding) {
     binding.rigidity.reset();
     if (bytes.once_in(3)) binding.rigidity = bytes.once_in(2) ? 0.0 : std::pow(10.0, bytes.below(14) - 4);
     if (bytes.once_in(32)) binding.rigidity = bytes.number();
-    binding.points.clear();
-    for (Index p = bytes.once_in(4) ? 1 + bytes.below(4) : 0; p > 0; --p) {
-        const double along = bytes.byte() / 255.0, across = (1.0 - along) * (bytes.byte() / 255.0);
-        const Index face = bytes.once_in(64) ? bytes.below(99) - 50 : bytes.below(std::max<Index>(1, face_count));
-        binding.points.push_back({face, {along, across, bytes.once_in(64) ? bytes.number() : 1.0 - along - across}});
-        if (!binding.handles.empty()) binding.handles.push_back(bytes.below(4));
-        if (!binding.strengths.empty()) binding.strengths.push_back(bytes.once_in(2) ? kInfinity : 0.5);
-    }
     binding.stiffness.clear();
     if (!bytes.once_in(4)) return;
     for (Index v = bytes.once_in(32) ? 1 : 0; v < vertex_count; ++v)
@@ -220,7 +206,6 @@ Binding read_binding(Bytes& bytes, const Mesh& mesh) {
         binding.rigidity.reset();
         binding.strengths.clear();
         binding.stiffness.clear();
-        binding.points.clear();
     }
     if (bytes.once_in(3)) {
         binding.roi.emplace(mesh.vertex_count() + (bytes.once_in(32) ? 1 : 0));

@@ -20,11 +20,11 @@ Mesh read_mesh(Bytes& bytes);
 /// Of the same mesh: turned, with some vertices moved; now and then of another size.
 Positions read_other_shape(Bytes& bytes, const Mesh& mesh);
 
-/// Where anchors and points of a mesh go: near or far from where they are.
-Positions read_targets(Bytes& bytes, const Mesh& mesh, const Binding& binding);
+/// Where vertices of a mesh go: near or far from where they are.
+Positions read_targets(Bytes& bytes, const Mesh& mesh, const std::vector<Index>& anchors);
 
-/// Anchors, points, region, handles, strengths, stiffness, method, rigidity, examples and what becomes of loose parts
-/// of `mesh`, which the binding must not outlive.
+/// Anchors, region, handles, strengths, stiffness, method, rigidity, examples and what becomes of loose parts of
+/// `mesh`, which the binding must not outlive.
 Binding read_binding(Bytes& bytes, const Mesh& mesh);
 /// The anchors alone, and what belongs to them.
 void read_anchors(Bytes& bytes, Index vertex_count, Binding& binding);

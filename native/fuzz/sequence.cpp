@@ -12,14 +12,12 @@ namespace {
 Trajectories read_trajectories(Bytes& bytes, const Mesh& mesh, const Binding& binding) {
     Trajectories trajectories;
     trajectories.frame_count = bytes.below(6);
-    trajectories.anchor_count =
-        static_cast<Index>(binding.anchors.size() + binding.points.size()) + (bytes.once_in(64) ? 1 : 0);
+    trajectories.anchor_count = static_cast<Index>(binding.anchors.size()) + (bytes.once_in(64) ? 1 : 0);
     const bool has_weights = !binding.strengths.empty() && bytes.once_in(2);
     for (Index frame = 0; frame < trajectories.frame_count; ++frame) {
-        Positions targets = read_targets(bytes, mesh, binding);
+        Positions targets = read_targets(bytes, mesh, binding.anchors);
         targets.conservativeResize(trajectories.anchor_count, 3);
-        if (targets.rows() != static_cast<Eigen::Index>(binding.anchors.size() + binding.points.size()))
-            targets.setZero();
+        if (targets.rows() != static_cast<Eigen::Index>(binding.anchors.size())) targets.setZero();
         trajectories.targets.insert(trajectories.targets.end(), targets.data(), targets.data() + targets.size());
         for (Index k = 0; has_weights && k < trajectories.anchor_count; ++k)
             trajectories.weights.push_back(bytes.once_in(64) ? bytes.number() : bytes.once_in(2) ? 1.0 : 0.0);

@@ -50,14 +50,6 @@ Positions right_hand_sides() {
     return result;
 }
 
-std::vector<SpringEnd> ends_of(const std::vector<Index>& rows) {
-    std::vector<SpringEnd> ends;
-    ends.reserve(rows.size());
-    for (const Index row : rows)
-        ends.push_back({{row}, {1.0}});
-    return ends;
-}
-
 TEST(Preconditioner, SolvesAsIfSpringsThatDoNotCountHadNotBeenFactored) {
     const std::vector<Index> rows = {3, 4, 17, 30};
     const std::vector<double> strengths = {0.5, 200.0, 20.0, 3.0};
@@ -68,7 +60,7 @@ TEST(Preconditioner, SolvesAsIfSpringsThatDoNotCountHadNotBeenFactored) {
         for (const double strength : strengths)
             amounts.push_back(lost * strength);
         DiagonalDowndate downdate;
-        downdate.set(chain.factor, ends_of(rows), amounts, 1, chain.execution, chain.workspace);
+        downdate.set(chain.factor, rows, amounts, 1, chain.execution, chain.workspace);
         Positions solution(kRows, 3);
         Preconditioner{chain.factor, chain.workspace, &downdate}.solve(right_hand_sides(), solution, 1,
                                                                        chain.execution);
@@ -84,15 +76,15 @@ TEST(Preconditioner, AmountsMayChange) {
     DiagonalDowndate changed;
     for (const std::vector<double>& amounts :
          {std::vector<double>{10.0, 0.0}, std::vector<double>{0.0, 0.0}, std::vector<double>{10.0, 10.0}})
-        changed.set(chain.factor, ends_of(rows), amounts, 1, chain.execution, chain.workspace);
+        changed.set(chain.factor, rows, amounts, 1, chain.execution, chain.workspace);
     DiagonalDowndate fresh;
-    fresh.set(chain.factor, ends_of(rows), {10.0, 10.0}, 1, chain.execution, chain.workspace);
+    fresh.set(chain.factor, rows, {10.0, 10.0}, 1, chain.execution, chain.workspace);
     Positions first = right_hand_sides(), second = first;
     changed.correct(first, 1, chain.execution);
     fresh.correct(second, 2, chain.execution);
     EXPECT_GT((first - right_hand_sides()).norm(), 0.1);
     EXPECT_LT((first - second).norm(), 1e-6 * first.norm());
-    changed.set(chain.factor, ends_of(rows), {0.0, 0.0}, 1, chain.execution, chain.workspace);
+    changed.set(chain.factor, rows, {0.0, 0.0}, 1, chain.execution, chain.workspace);
     Positions same = right_hand_sides();
     changed.correct(same, 1, chain.execution);
     EXPECT_EQ(same, right_hand_sides());

@@ -11,6 +11,12 @@ constexpr double kMostExtent = 1e60;
 
 }  // namespace
 
+void require_count(const char* name, std::size_t size, const char* unit, std::size_t count, const char* of) {
+    if (size == count) return;
+    throw InvalidInput(message(name, " has ", size, " ", unit, "s, but there are ", count, " ", of, "; give one ",
+                               unit, " for each"));
+}
+
 void require_finite(const PositionsView& positions, const char* name) {
     if (positions.allFinite()) return;
     for (Eigen::Index row = 0; row < positions.rows(); ++row) {

@@ -1,9 +1,14 @@
 // What is checked of numbers that come in from outside.
 #pragma once
 
+#include <cstddef>
+
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
+
+/// @throws InvalidInput unless `name` has one `unit` for each: require_count("targets", 3, "row", 4, "anchors").
+void require_count(const char* name, std::size_t size, const char* unit, std::size_t count, const char* of);
 
 /// @param name what the caller calls the array.
 /// @throws InvalidInput that names the first row with a coordinate that is not finite.

@@ -1,4 +1,4 @@
-// Items by the number that they belong to, all in one vector.
+// Items by their numbers: those that belong to one, all in one vector; and those of some.
 #pragma once
 
 #include <cstddef>
@@ -34,6 +34,16 @@ Grouped<Item> grouped(std::size_t group_count, const ForEach& for_each) {
     result.items.resize(result.offsets.back());
     std::vector<std::int64_t> next(result.offsets.begin(), result.offsets.end() - 1);
     for_each([&](std::size_t group, const Item& item) { result.items[next[group]++] = item; });
+    return result;
+}
+
+/// items[numbers[0]], items[numbers[1]], ...
+template <typename Item, typename Number>
+std::vector<Item> picked(const std::vector<Item>& items, const std::vector<Number>& numbers) {
+    std::vector<Item> result;
+    result.reserve(numbers.size());
+    for (const Number number : numbers)
+        result.push_back(items[number]);
     return result;
 }
 

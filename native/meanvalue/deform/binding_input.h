@@ -16,13 +16,6 @@ double rigidity_of(const Binding& binding);
 /// @throws InvalidInput for a stiffness of another length, out of range or of another method.
 void require_stiffness(const Binding& binding);
 
-/// Its points as so many more soft anchors: each at a corner of its face that is no anchor yet, with a target as far
-/// from its own as they rest apart. What is wrong with mesh and anchors is left to others. @throws InvalidInput.
-Binding with_points_as_anchors(Binding binding);
-
-/// p x 3, for the points of with_points_as_anchors(): from the anchor of each to itself, at rest.
-Positions offsets_of_points(const Binding& binding);
-
 /// @param there bytes that there are. @throws TooLittleMemory where a bind of method fast with so many free
 /// vertices takes more at its peak.
 void require_memory(Index free_count, std::uint64_t there);

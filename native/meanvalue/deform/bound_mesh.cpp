@@ -4,6 +4,7 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/common/stage_timer.h"
@@ -27,15 +28,6 @@ constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
 
-template <typename T>
-std::vector<T> rows_of(const std::vector<T>& whole, const std::vector<Index>& vertices) {
-    std::vector<T> rows;
-    rows.reserve(vertices.size());
-    for (const Index v : vertices)
-        rows.push_back(whole[v]);
-    return rows;
-}
-
 std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
                                       std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
                                       const Decoder* earlier,
@@ -49,7 +41,7 @@ std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<
     for (const SoftAnchor& anchor : soft)
         is_soft_there[anchor.vertex] = 1;
     std::vector<double> stiffness;
-    if (!binding.stiffness.empty()) stiffness = rows_of(binding.stiffness, region.vertices);
+    if (!binding.stiffness.empty()) stiffness = picked(binding.stiffness, region.vertices);
     EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
     encoded.instructions = binding.instructions;
     if (earlier != nullptr) encoded.elimination_order = earlier->elimination_order();
@@ -109,7 +101,6 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     require_stiffness(binding);
     execution.begin_stage("encode");
     is_fixed_ = fixed_flags(static_cast<Index>(rest().rows()), binding.anchors, binding.roi);
-    point_offsets_ = offsets_of_points(binding);
     const std::vector<char> is_soft = soft_flags(binding);
     for (std::size_t v = 0; v < is_soft.size(); ++v) {
         if (is_soft[v]) is_fixed_[v] = 0;
@@ -132,8 +123,8 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     std::vector<Index> row_of(is_fixed_.size(), -1);
     for (std::size_t row = 0; row < region_vertices_.size(); ++row)
         row_of[region_vertices_[row]] = static_cast<Index>(row);
-    anchor_rows_ = rows_of(row_of, anchors_);
-    std::vector<char> is_fixed_there = rows_of(is_fixed_, region_vertices_);
+    anchor_rows_ = picked(row_of, anchors_);
+    std::vector<char> is_fixed_there = picked(is_fixed_, region_vertices_);
     report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
     const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
     const auto hand_on = [&](std::unique_ptr<const Decoder> coarse) {
@@ -160,7 +151,7 @@ std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& compon
     const bool is_same = earlier != nullptr && is_outside_ == earlier->is_outside_;
     Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, is_outside_, execution);
     const Region& of = is_same ? earlier->decoder().shape()->region : region;
-    require_short_rings(of, rows_of(is_fixed_, of.vertices), execution);
+    require_short_rings(of, picked(is_fixed_, of.vertices), execution);
     if (is_same) return earlier->decoder().shape();
     return encode_shape(in_spatial_order(region, execution), threads_, execution, mesh_->examples);
 }
@@ -186,8 +177,7 @@ void BoundMesh::fill_report(Components components) {
     report_.level_sizes = decoder_->level_sizes();
     report_.longest_ring = decoder_->longest_ring();
     report_.detached_triangle_count = decoder_->detached_triangle_count();
-    for (const Index v : decoder_->encoding().guarded)
-        report_.guarded.push_back(region_vertices_[v]);
+    report_.guarded = picked(region_vertices_, decoder_->encoding().guarded);
     std::sort(report_.guarded.begin(), report_.guarded.end());
     report_.guarded_by_reason = decoder_->encoding().guarded_by_reason();
     for (auto& [reason, vertices] : report_.guarded_by_reason) {
@@ -201,10 +191,7 @@ void BoundMesh::fill_report(Components components) {
 }
 
 void BoundMesh::check_weights(const std::vector<double>& weights) const {
-    if (!weights.empty() && weights.size() != anchors_.size()) {
-        throw InvalidInput(
-            message("weights has ", weights.size(), " numbers, but there are ", anchors_.size(), " anchors"));
-    }
+    if (!weights.empty()) require_count("weights", weights.size(), "number", anchors_.size(), "anchors");
     for (std::size_t k = 0; k < weights.size(); ++k) {
         const auto refuse = [&](const char* why) {
             throw InvalidInput(message("weights[", k, "], of vertex ", anchors_[k], ", is ", weights[k], why));
@@ -227,8 +214,6 @@ bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<do
 Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
     check_weights(weights);
     Positions filled = targets;
-    if (filled.rows() == static_cast<Eigen::Index>(anchors_.size()))
-        filled.bottomRows(point_offsets_.rows()) -= point_offsets_;
     const std::size_t count = std::min<std::size_t>(weights.size(), filled.rows());
     for (std::size_t k = 0; k < count; ++k) {
         if (weights[k] == 0.0) filled.row(k) = rest().row(anchors_[k]);

@@ -31,7 +31,6 @@ class BoundMesh {
     /// @param earlier a mesh bound before, or nullptr: what does not depend on the anchors is shared with it, and the
     /// rest found along it where that is quicker. The bits are the same. @pre `binding` is of its mesh, region,
     /// method and examples, as its binding_again() is; else InvalidInput.
-    /// @param binding of which points are anchors already: with_points_as_anchors().
     /// @throws InvalidInput (numbers out of range, strengths that are not above 0, positions that are not finite, an
     /// anchor named twice, rings that are too long (require_short_rings()), ...),
     ///         SolverFailure, Cancelled.
@@ -90,7 +89,6 @@ class BoundMesh {
     int threads_;
     double default_tolerance_ = 1e-6;
     std::vector<Index> anchors_;
-    Positions point_offsets_;             // p x 3: offsets_of_points(); the last p anchors stand for points
     std::vector<char> is_fixed_;          // n: hard anchors, what lies outside the region of influence, loose parts
     std::vector<char> is_of_loose_part_;  // k: anchors of a soft border that are carried along
     std::vector<char> is_outside_;        // n: all but this and its surroundings is the decoder's region

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/bound_mesh.h"
 
 namespace meanvalue {
@@ -115,10 +114,8 @@ Deformer::Deformer(const Binding& binding, Execution& execution, const Deformer*
     const auto hand_on = [&](std::unique_ptr<const BoundMesh> early) {
         when_coarse(std::shared_ptr<Deformer>(new Deformer(std::move(early))));
     };
-    std::optional<Binding> expanded;
-    if (!binding.points.empty()) expanded.emplace(with_points_as_anchors(binding));
     state_ = std::make_unique<State>(std::make_unique<const BoundMesh>(
-        expanded ? *expanded : binding, execution, earlier == nullptr ? nullptr : &earlier->bound(),
+        binding, execution, earlier == nullptr ? nullptr : &earlier->bound(),
         when_coarse ? hand_on : std::function<void(std::unique_ptr<const BoundMesh>)>()));
 }
 

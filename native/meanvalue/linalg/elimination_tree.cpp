@@ -4,6 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include "meanvalue/common/grouped.h"
+
 namespace meanvalue {
 namespace {
 
@@ -108,15 +110,6 @@ std::vector<Index> postorder(const std::vector<Index>& parents, const std::vecto
         stack.pop_back();
     }
     return order;
-}
-
-template <typename Value>
-std::vector<Value> picked(const std::vector<Value>& values, const std::vector<Index>& places) {
-    std::vector<Value> result;
-    result.reserve(places.size());
-    for (const Index place : places)
-        result.push_back(values[place]);
-    return result;
 }
 
 /// Renumbers the tree.

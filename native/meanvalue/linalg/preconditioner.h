@@ -10,43 +10,28 @@
 
 namespace meanvalue {
 
-/// What a spring pulls at: rows of a matrix, and the share that each of them has in where its end is.
-struct SpringEnd {
-    std::vector<Index> rows;
-    std::vector<double> shares;  ///< of each row
-
-    double in(const Eigen::VectorXf& column) const {
-        double sum = 0.0;
-        for (std::size_t k = 0; k < rows.size(); ++k)
-            sum += shares[k] * static_cast<double>(column[rows[k]]);
-        return sum;
-    }
-};
-
-/// Corrects what a factor of A solves to what A - E D E^T solves, E the ends of a few springs and D positive numbers:
-/// springs that were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). A row
-/// costs a third of a solve when it is new, then little: its column of the inverse is kept as long as it counts.
+/// Corrects what a factor of A solves to what A - E D E^T solves, E a few rows and D positive numbers: springs that
+/// were factored and count less for the time being (Sherman, Morrison and Woodbury; Hager 1989). A row costs a third
+/// of a solve when it is new, then little: its column of the inverse is kept as long as it counts.
 class DiagonalDowndate {
   public:
-    /// @param ends always the same. @param amounts for each, 0 or more: what is taken off, less than what was put
-    /// there. Does nothing if they are as before. At most 256 count, or as many as have columns in 128 MB: those with
-    /// the largest amounts.
+    /// @param rows of the factored matrix. @param amounts for each row, 0 or more: what is taken off its diagonal,
+    /// less than what was put there. Does nothing if both are as before. At most 256 rows count, or as many as have
+    /// columns in 128 MB: those with the largest amounts.
     /// @throws Cancelled, and then corrects nothing.
-    void set(const SupernodalFactor& factor, const std::vector<SpringEnd>& ends, const std::vector<double>& amounts,
+    void set(const SupernodalFactor& factor, const std::vector<Index>& rows, const std::vector<double>& amounts,
              int threads, const Execution& execution, SupernodalFactor::Workspace& workspace);
 
     /// Turns the solution for A (n x 3) into that for the other matrix. @throws Cancelled.
     void correct(Positions& solution, int threads, const Execution& execution) const;
 
   private:
-    void find_columns(const SupernodalFactor& factor, const std::vector<SpringEnd>& ends,
-                      const std::vector<Index>& taken, int threads, const Execution& execution,
-                      SupernodalFactor::Workspace& workspace);
+    void find_columns(const SupernodalFactor& factor, const std::vector<Index>& rows, int threads,
+                      const Execution& execution, SupernodalFactor::Workspace& workspace);
 
-    std::vector<Index> taken_;     // the numbers of the ends with an amount above 0
-    std::vector<SpringEnd> ends_;  // these
+    std::vector<Index> rows_;  // with an amount above 0
     std::vector<double> amounts_;
-    std::map<Index, Eigen::VectorXf> columns_;  // of A^-1 E, by number
+    std::map<Index, Eigen::VectorXf> columns_;  // of A^-1, by row
     Eigen::MatrixXd inverse_;                   // of D^-1 - E^T A^-1 E; empty: nothing is corrected
 };
 

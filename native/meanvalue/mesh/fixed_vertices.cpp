@@ -53,10 +53,7 @@ std::vector<char> fixed_flags(Index vertex_count, const std::vector<Index>& anch
 
 void require_targets(const PositionsView& targets, const std::vector<Index>& anchors, const PositionsView& rest,
                      double diagonal) {
-    if (targets.rows() != static_cast<Eigen::Index>(anchors.size())) {
-        throw InvalidInput(
-            message("targets has ", targets.rows(), " rows, but there are ", anchors.size(), " anchors"));
-    }
+    require_count("targets", targets.rows(), "row", anchors.size(), "anchors");
     require_finite(targets, "targets");
     for (std::size_t k = 0; k < anchors.size(); ++k) {
         const std::string why = refusal(targets.row(k), rest.row(anchors[k]), diagonal, kFarthestDiagonals);
@@ -66,9 +63,7 @@ void require_targets(const PositionsView& targets, const std::vector<Index>& anc
 
 void require_start(const PositionsView& start, const PositionsView& rest, double diagonal,
                    const std::vector<char>& is_fixed) {
-    if (start.rows() != rest.rows()) {
-        throw InvalidInput(message("start has ", start.rows(), " rows, but the mesh has ", rest.rows(), " vertices"));
-    }
+    require_count("start", start.rows(), "row", rest.rows(), "vertices");
     require_finite(start, "start");
     for (Index v = 0; v < rest.rows(); ++v) {
         if (is_fixed[v]) continue;

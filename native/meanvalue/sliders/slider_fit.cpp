@@ -57,10 +57,7 @@ void require_sizes(const SliderBinding& binding) {
 /// @param fallback for all, where none are given.
 Eigen::VectorXd bounds_of(const std::vector<double>& given, std::size_t count, double fallback, const char* name) {
     if (given.empty()) return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(count), fallback);
-    if (given.size() != count) {
-        throw InvalidInput(
-            message(name, " has ", given.size(), " numbers for ", count, " shapes; give one for each"));
-    }
+    require_count(name, given.size(), "number", count, "shapes");
     for (std::size_t s = 0; s < count; ++s) {
         if (!(std::abs(given[s]) <= kMostNumber)) {
             throw InvalidInput(message(name, "[", s, "] is ", given[s], "; give a number of moderate size"));
@@ -195,10 +192,7 @@ SliderFit::~SliderFit() = default;
 SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOptions& options,
                                 const Execution& execution) const {
     const auto anchors = static_cast<std::size_t>(anchor_count());
-    if (!options.weights.empty() && options.weights.size() != anchors) {
-        throw InvalidInput(
-            message("weights has ", options.weights.size(), " numbers for ", anchors, " anchors; give one for each"));
-    }
+    if (!options.weights.empty()) require_count("weights", options.weights.size(), "number", anchors, "anchors");
     Eigen::VectorXd start = bound_->model.rest_values();
     if (!options.start.empty()) start = bounds_of(options.start, shape_count(), 0.0, "start");
     const double* weights = options.weights.empty() ? nullptr : options.weights.data();
@@ -221,10 +215,8 @@ std::vector<SliderSolution> SliderFit::solve_sequence(const std::vector<Position
                                                       const Execution& execution) const {
     const auto anchors = static_cast<std::size_t>(anchor_count());
     if (targets.empty()) throw InvalidInput("targets has no frames; give one or more");
-    if (!weights.empty() && weights.size() != targets.size() * anchors) {
-        throw InvalidInput(message("weights has ", weights.size(), " numbers for ", targets.size(), " frames of ",
-                                   anchors, " anchors; give one for each anchor of each frame"));
-    }
+    if (!weights.empty())
+        require_count("weights", weights.size(), "number", targets.size() * anchors, "anchors of all frames");
     std::vector<FrameTargets> frames;
     frames.reserve(targets.size());
     std::size_t most = 0;

@@ -74,7 +74,6 @@ class Deformer:
         portable: bool = False,
         examples: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
-        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> None: ...
@@ -88,7 +87,6 @@ class Deformer:
         strengths: ArrayLike | None = None,
         border: int = 0,
         stiffness: ArrayLike | None = None,
-        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Deformer: ...
@@ -130,7 +128,6 @@ class Deformer:
         strengths: ArrayLike | None = None,
         border: int = 0,
         stiffness: ArrayLike | None = None,
-        points: tuple[ArrayLike, ArrayLike] | None = None,
         early: bool = False,
         execution: Execution | None = None,
     ) -> Task: ...
@@ -439,7 +436,6 @@ def start_bind(
     portable: bool = False,
     examples: ArrayLike | None = None,
     stiffness: ArrayLike | None = None,
-    points: tuple[ArrayLike, ArrayLike] | None = None,
     early: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...

@@ -30,12 +30,6 @@ enum class LooseRule {
 /// What None stands for.
 constexpr double kDefaultRigidity = 15.0;
 
-/// A place on the surface: the weighted sum of the corners of a face.
-struct FacePoint {
-    Index face = 0;
-    Vector3 weights = {1.0, 0.0, 0.0};  ///< of its corners: 0 or more, summing to 1
-};
-
 /// What a Deformer is bound to.
 struct Binding {
     /// @param vertices, faces matrices or maps of Eigen's in any layout, which are copied; or what is shared already.
@@ -69,10 +63,6 @@ struct Binding {
     /// along limbs and 1 around joints, limbs bend at their joints. Soft anchors keep their reach: all are stronger
     /// by the root of the factors' geometric mean. Method::kFast only.
     std::vector<double> stiffness = {};
-    /// Anchors inside faces whose corners are free, at most as many in one face as it has corners. Targets, handles,
-    /// strengths and weights have their entries behind those of `anchors`; k counts both. Without a finite strength a
-    /// point is met to 1e-6 of the size, and a weight of 0 frees it all the same. Method::kFast only.
-    std::vector<FacePoint> points = {};
     /// k strengths, or empty. Infinity: the anchor is met exactly, as all are where none are given. A number s above
     /// 0, at most 1e9: a soft anchor, a free vertex with the energy s |v - target|^2 besides that of the shape
     /// (DeformationEnergy), in squared units as that is, so that s has no unit. s / c for each of c vertices of a
@@ -81,8 +71,8 @@ struct Binding {
     std::vector<double> strengths = {};
     /// Solve with what all processors of an architecture have: slower, with the same bits on each of them.
     InstructionSet instructions = InstructionSet::kFastest;
-    /// One flag for each of `anchors`, or empty: those that only hold a region's soft border to its rest shape. A
-    /// part that has no others is loose.
+    /// k flags, or empty: anchors that only hold a region's soft border to its rest shape. A part that has no others
+    /// is loose.
     std::vector<char> is_border = {};
     LooseRule loose = LooseRule::kStay;
     /// Shapes that the mesh is known to take, n x 3 each, any rotation and place: the mesh bends as they show it.

@@ -155,7 +155,7 @@ Preconditioner FastSolve::preconditioner_of(Level level, std::size_t stage) {
     const SupernodalFactor& factor = level.bound.stages[stage].factor;
     DiagonalDowndate& downdate = level.work.downdates[stage];
     const SoftConstraints& constraints = level.bound.energy->soft_constraints();
-    downdate.set(factor, constraints.ends(), constraints.lost_hessian(level.work.energy.soft_weights), threads_,
+    downdate.set(factor, constraints.rows(), constraints.lost_hessian(level.work.energy.soft_weights), threads_,
                  execution_, work_.factor);
     return {factor, work_.factor, &downdate};
 }

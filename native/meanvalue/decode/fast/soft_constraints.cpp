@@ -17,17 +17,8 @@ bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
 SoftConstraints::SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns)
     : anchors_(std::move(anchors)) {
     std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
-    for (const SoftAnchor& anchor : anchors_) {
-        SpringEnd end{{unknowns.number[anchor.vertex]}, {1.0}};
-        if (!anchor.corners.empty()) {
-            end.shares.assign(anchor.weights.begin(), anchor.weights.end());
-            end.rows.clear();
-            for (const Index corner : anchor.corners)
-                end.rows.push_back(unknowns.number[corner]);
-            has_points_ = true;
-        }
-        ends_.push_back(std::move(end));
-    }
+    for (const SoftAnchor& anchor : anchors_)
+        numbers_.push_back(unknowns.number[anchor.vertex]);
 }
 
 Positions SoftConstraints::targets_of(const PositionsView& targets) const {
@@ -62,20 +53,13 @@ double SoftConstraints::add_energy(const PositionsView& positions, const Positio
                                    const Execution& execution) const {
     const auto count = static_cast<Index>(anchors_.size());
     std::vector<double> energies(piece_count(count));
-    parallel_pieces(count, has_points_ ? 1 : threads, execution, [&](Index piece, Index begin, Index end) {
+    parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
         double sum = 0.0;
         for (Index k = begin; k < end; ++k) {
-            const SoftAnchor& anchor = anchors_[k];
-            const double strength = (weights.empty() ? 1.0 : weights[k]) * anchor.strength;
-            Eigen::RowVector3d stretch = positions.row(anchor.vertex) - targets.row(k);
-            if (!anchor.corners.empty()) {
-                stretch = -anchor.offset.transpose() - targets.row(k);
-                for (std::size_t c = 0; c < anchor.corners.size(); ++c)
-                    stretch += ends_[k].shares[c] * positions.row(anchor.corners[c]);
-            }
+            const double strength = (weights.empty() ? 1.0 : weights[k]) * anchors_[k].strength;
+            const Eigen::RowVector3d stretch = positions.row(anchors_[k].vertex) - targets.row(k);
             sum += strength * stretch.squaredNorm();
-            for (std::size_t c = 0; c < ends_[k].rows.size(); ++c)
-                gradient.row(ends_[k].rows[c]) += 2.0 * strength * ends_[k].shares[c] * stretch;
+            gradient.row(numbers_[k]) += 2.0 * strength * stretch;
         }
         energies[piece] = sum;
     });
@@ -86,34 +70,13 @@ void SoftConstraints::add_pulls(const Positions& moves, const std::vector<double
     const Eigen::Index first = moves.rows() - static_cast<Eigen::Index>(anchors_.size());
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
         const double strength = (weights.empty() ? 1.0 : weights[k]) * anchors_[k].strength;
-        for (std::size_t c = 0; c < ends_[k].rows.size(); ++c)
-            fall.row(ends_[k].rows[c]) +=
-                2.0 * strength * ends_[k].shares[c] * moves.row(first + static_cast<Eigen::Index>(k));
+        fall.row(numbers_[k]) += 2.0 * strength * moves.row(first + static_cast<Eigen::Index>(k));
     }
 }
 
 void SoftConstraints::add_hessian(SparseMatrix& hessian) const {
-    const auto add = [&](Index row, Index column, double value) {
-        const auto* const begin = hessian.innerIndexPtr() + hessian.outerIndexPtr()[column];
-        const auto* const end = hessian.innerIndexPtr() + hessian.outerIndexPtr()[column + 1];
-        const auto* const found = std::lower_bound(begin, end, row);
-        if (found == end || *found != row) return false;
-        hessian.valuePtr()[found - hessian.innerIndexPtr()] += value;
-        return true;
-    };
-    for (std::size_t k = 0; k < anchors_.size(); ++k) {
-        const auto& [rows, shares] = ends_[k];
-        for (std::size_t a = 0; a < rows.size(); ++a) {
-            add(rows[a], rows[a], 2.0 * anchors_[k].strength * shares[a] * shares[a]);
-            for (std::size_t b = 0; b < a; ++b) {
-                const double value = 2.0 * anchors_[k].strength * shares[a] * shares[b];
-                if (rows[a] != rows[b] && add(std::max(rows[a], rows[b]), std::min(rows[a], rows[b]), value))
-                    continue;
-                add(rows[a], rows[a], value);  // no less, where the matrix has no such entry
-                add(rows[b], rows[b], value);
-            }
-        }
-    }
+    for (std::size_t k = 0; k < anchors_.size(); ++k)
+        hessian.valuePtr()[hessian.outerIndexPtr()[numbers_[k]]] += 2.0 * anchors_[k].strength;
 }
 
 std::vector<double> SoftConstraints::lost_hessian(const std::vector<double>& weights) const {
@@ -149,7 +112,6 @@ std::vector<SoftAnchor> coarse_soft_anchors(const std::vector<SoftAnchor>& ancho
         place[anchor.vertex] = static_cast<Index>(result.size());
         result.push_back(anchor);
         result.back().strength = 0.0;
-        result.back().corners.clear();  // of a point its vertex alone is pulled, by the same way
     }
     for (const SoftAnchor& anchor : anchors)
         result[place[into[anchor.vertex]]].strength += scale * anchor.strength;

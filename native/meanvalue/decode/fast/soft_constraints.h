@@ -8,7 +8,6 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/hierarchy/hierarchy.h"
-#include "meanvalue/linalg/preconditioner.h"
 #include "meanvalue/linalg/sparse_matrix.h"
 #include "meanvalue/optimise/unknowns.h"
 
@@ -19,10 +18,6 @@ struct SoftAnchor {
     Index vertex = 0;       ///< a free one
     Index anchor = 0;       ///< its place among all anchors, in whose order targets come
     double strength = 1.0;  ///< s > 0, finite, without unit: its spring has the energy s |v - target|^2
-    /// Where it stands for a point of a face: v is sum_c weights_c corner_c - offset instead.
-    std::vector<Index> corners = {};
-    Vector3 weights = Vector3::Zero();
-    Vector3 offset = Vector3::Zero();
 };
 
 /// How near to a fixed vertex a soft anchor is, from 0 to 1. Rows of free vertices have diagonals of about 1.
@@ -55,13 +50,13 @@ class SoftConstraints {
     /// The same bits for any number of threads. @throws Cancelled.
     double add_energy(const PositionsView& positions, const Positions& targets, const std::vector<double>& weights,
                       Positions& gradient, int threads, const Execution& execution) const;
-    /// Where add_hessian() adds, in the rows of V', for each in order, and what of 2 s does not count with `weights`.
-    const std::vector<SpringEnd>& ends() const { return ends_; }
+    /// |V'| rows of add_hessian(), one for each in order, and what of 2 s does not count with `weights`.
+    const std::vector<Index>& rows() const { return numbers_; }
     std::vector<double> lost_hessian(const std::vector<double>& weights) const;
     /// Adds 2 s times the moves of their targets to `fall` (|V'| x 3): by so much the gradient falls.
     /// @param moves of which the last |anchors| rows are theirs. @param weights as for add_energy().
     void add_pulls(const Positions& moves, const std::vector<double>& weights, Positions& fall) const;
-    /// Adds theirs, 2 s on the diagonal but for points of faces, to `hessian` (lower triangle, sorted, with it).
+    /// Adds 2 s to the diagonal of `hessian`, whose columns begin with it (lower triangle).
     void add_hessian(SparseMatrix& hessian) const;
 
     /// n numbers: hardness_of() each soft anchor, 0 elsewhere; empty where there are none.
@@ -69,8 +64,7 @@ class SoftConstraints {
 
   private:
     std::vector<SoftAnchor> anchors_;
-    std::vector<SpringEnd> ends_;  // of each, in the rows of V'
-    bool has_points_ = false;      // two may pull at one vertex
+    std::vector<Index> numbers_;
 };
 
 /// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
