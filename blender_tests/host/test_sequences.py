@@ -202,6 +202,11 @@ def test_a_snap_goes_the_surfaces_own_way_over_a_few_frames_and_is_told(buckled)
     steps = np.linalg.norm(np.diff(raw.vertices, axis=0), axis=2).max(axis=1)
     snap = int(steps.argmax()) + 1
     assert raw.snaps == (snap,)
+    size = np.linalg.norm(np.ptp(raw.vertices[0], axis=0))
+    begin = snap - 8  # some vertices and frames are enough
+    few = raw.vertices[begin : snap + 9, ::3], targets[begin : snap + 9]
+    assert meanvalue.find_snaps(*few, size) == (8,)
+    assert meanvalue.find_snaps(*few, 100.0 * size) == ()
     for kept in ([], [snap - 2, snap + 1]):
         spread = deformer.solve_sequence(targets, chunk=FRAMES, kept=kept)
         assert spread.snaps == (snap,)
@@ -214,6 +219,18 @@ def test_a_snap_goes_the_surfaces_own_way_over_a_few_frames_and_is_told(buckled)
             assert energy < 1.05 * raw.energies[frame], frame
         part = deformer.solve_sequence(targets, chunk=FRAMES, kept=kept, frames=(snap - 1, snap + 2), threads=1)
         np.testing.assert_array_equal(part.vertices, spread.vertices[snap - 1 : snap + 2])
+
+
+@pytest.mark.parametrize(
+    "shape, size, said",
+    [((20, 4, 2), 1.0, "shapes"), ((19, 4, 3), 1.0, "shapes"), ((20, 4, 3), 0.0, "size"), ((20, 4, 3), np.nan, "size")],
+)
+def test_snaps_are_asked_for_with_frames_of_both(shape, size, said):
+    with pytest.raises(meanvalue.InvalidInput, match=said):
+        meanvalue.find_snaps(np.zeros(shape), np.zeros((20, 1, 3)), size)
+    with pytest.raises(meanvalue.InvalidInput, match="not finite"):
+        meanvalue.find_snaps(np.zeros((20, 4, 3)), np.full((20, 1, 3), np.nan), 1.0)
+    assert meanvalue.find_snaps(np.zeros((0, 4, 3)), np.zeros((0, 1, 3)), 1.0) == ()
 
 
 def test_the_first_frame_is_as_good_as_the_next(buckled):

@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "bindings/arrays.h"
@@ -9,6 +10,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/sequence/sequence.h"
+#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue::bindings {
 namespace {
@@ -22,11 +24,9 @@ struct Call {
     SequenceOptions options;
 };
 
-Call own_call(const py::object& targets, const std::optional<py::object>& weights,
-              const std::optional<std::pair<Index, Index>>& frames, Index chunk, Index overlap,
-              std::vector<Index> kept, std::optional<double> tolerance, int max_iterations, int threads) {
-    Call call;
-    Trajectories& trajectories = call.trajectories;
+/// @param targets (frames, anchors, 3). @param weights (frames, anchors). @throws InvalidInput.
+Trajectories own_trajectories(const py::object& targets, const std::optional<py::object>& weights) {
+    Trajectories trajectories;
     const FloatArray target_array = as_floats(targets, "targets", 3, "an array of shape (frames, anchors, 3)");
     if (target_array.shape(2) != 3) {
         throw ::meanvalue::InvalidInput(message("targets has the shape (", target_array.shape(0), ", ",
@@ -52,6 +52,14 @@ Call own_call(const py::object& targets, const std::optional<py::object>& weight
         }
         trajectories.weights.assign(weight_array.data(), weight_array.data() + weight_array.size());
     }
+    return trajectories;
+}
+
+Call own_call(const py::object& targets, const std::optional<py::object>& weights,
+              const std::optional<std::pair<Index, Index>>& frames, Index chunk, Index overlap,
+              std::vector<Index> kept, std::optional<double> tolerance, int max_iterations, int threads) {
+    Call call;
+    call.trajectories = own_trajectories(targets, weights);
     call.options.tolerance = tolerance;
     call.options.max_iterations = max_iterations;
     call.options.frames = frames;
@@ -129,6 +137,35 @@ Task start_frames(const std::shared_ptr<Deformer>& deformer, const py::object& t
             }};
 }
 
+std::vector<Index> find_told_snaps(const py::object& shapes, const py::object& targets, double size,
+                                   const std::optional<py::object>& weights) {
+    Trajectories trajectories = own_trajectories(targets, weights);
+    const FloatArray array = as_floats(shapes, "shapes", 3, "an array of shape (frames, vertices, 3)");
+    if (array.shape(2) != 3 || array.shape(0) != trajectories.frame_count) {
+        throw ::meanvalue::InvalidInput(message("shapes has the shape (", array.shape(0), ", ", array.shape(1), ", ",
+                                                array.shape(2), "); give (frames, vertices, 3) of the ",
+                                                trajectories.frame_count, " frames that targets has"));
+    }
+    const auto is_finite = [](double x) { return std::isfinite(x); };
+    if (!(size > 0.0) || !std::all_of(array.data(), array.data() + array.size(), is_finite))
+        throw ::meanvalue::InvalidInput("give shapes of finite numbers, and a positive size");
+    for (std::size_t k = 0; k < trajectories.targets.size(); ++k) {
+        const bool counts = trajectories.weights.empty() || trajectories.weights[k / 3] > 0.0;
+        if (counts && !is_finite(trajectories.targets[k]))
+            throw ::meanvalue::InvalidInput("targets are not finite where their weight is not 0; leave them out");
+    }
+    std::vector<float> points(array.data(), array.data() + array.size());
+    std::vector<float*> frames;
+    for (Index frame = 0; frame < trajectories.frame_count; ++frame)
+        frames.push_back(points.data() + 3 * array.shape(1) * frame);
+    const RunPaths paths(frames, static_cast<std::size_t>(array.shape(1)), std::vector<char>(frames.size(), 1));
+    std::vector<Index> told;
+    for (const Snap& snap : paths.find_snaps(paths.limits(trajectories, 0, size), Execution())) {
+        if (snap.length >= kTold * size) told.push_back(snap.frame);
+    }
+    return told;
+}
+
 py::array_t<float> sequence_vertices(const py::object& self) {
     const auto& sequence = self.cast<const Sequence&>();
     const py::ssize_t frames = sequence.vertices ? sequence.frame_count : 0;
@@ -175,6 +212,21 @@ void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Def
             "tuple of (frame, message): frames that could not be solved. They hold the shape of the last that\n"
             "could, or of rest where none could before.");
 
+    module.def(
+        "find_snaps",
+        [](const py::object& shapes, const py::object& targets, double size,
+           const std::optional<py::object>& weights) {
+            return py::tuple(py::cast(find_told_snaps(shapes, targets, size, weights)));
+        },
+        py::arg("shapes"), py::arg("targets"), py::arg("size"), py::kw_only(), py::arg("weights") = py::none(),
+        "The frames that shapes snap at, by the rule of Sequence.snaps.\n\n"
+        "shapes: (f, n, 3) of consecutive frames, as they were solved; some vertices of each are enough.\n"
+        "targets, weights: (f, k, 3) and (f, k), as of solve_sequence(), of the same frames.\n"
+        "size: the diagonal of the rest shape's bounding box.\n"
+        "Eight frames to either side are compared with a step. Near the ends there are fewer, and nothing is told\n"
+        "of the first two steps and the last two.\n"
+        "Returns a tuple of int, ascending: counted from the first of these frames.\n"
+        "Raises InvalidInput for arrays of another form and numbers that are not finite.");
     const SequenceOptions defaults;
     deformer
         .def(

@@ -112,13 +112,13 @@ TEST(Snaps, WhatTargetsAskForIsNone) {
         targets.weights.insert(targets.weights.end(), {1.0, 0.0});
     }
     RunPaths paths = paths_of(motion);
-    const std::vector<double> limits = paths.limits(targets, 5, 1e-3);
+    const std::vector<double> limits = paths.limits(targets, 5, 10.0);
     EXPECT_NEAR(limits[31], 0.301, 1e-3);
     EXPECT_NEAR(limits[20], 1e-3, 1e-9);
     EXPECT_TRUE(paths.find_snaps(limits, Execution()).empty());
     for (Index t = 25; t < kFrames; ++t)  // the anchor comes back
         targets.weights[2 * (t + 5) + 1] = 1.0;
-    EXPECT_TRUE(std::isinf(paths.limits(targets, 5, 1e-3)[25]));
+    EXPECT_TRUE(std::isinf(paths.limits(targets, 5, 10.0)[25]));
 }
 
 TEST(Snaps, FramesThatWereNotSolvedTellNothing) {

@@ -17,9 +17,6 @@
 namespace meanvalue {
 namespace {
 
-// Of the diagonal: by how little a step may exceed others, as it can't be seen; and from where on a snap is told.
-constexpr double kUnseen = 1e-4;
-constexpr double kTold = 2e-2;
 // A frame that was moved from its minimum goes back towards it until its energy is so many times as high as there, or
 // for so many iterations: where a snap goes over a ridge, there is no shape that is as good.
 constexpr double kMostEnergy = 1.05;
@@ -178,7 +175,7 @@ class SequenceSolve {
         }
         RunPaths paths(frames.shapes, static_cast<std::size_t>(result_.vertex_count), frames.is_solved);
         const double size = bounding_box_diagonal(deformer_.bound().rest());
-        const std::vector<double> limits = paths.limits(trajectories_, run.begin, kUnseen * size);
+        const std::vector<double> limits = paths.limits(trajectories_, run.begin, size);
         const std::vector<Snap> snaps = paths.find_snaps(limits, execution_);
         const std::vector<char> is_moved = paths.spread(snaps, limits, stays, plan_.overlap, execution_);
         for (Index frame = std::max(plan_.begin, run.own_begin); frame < std::min(plan_.end, run.end); ++frame)
@@ -186,7 +183,7 @@ class SequenceSolve {
         const std::lock_guard<std::mutex> lock(mutex_);
         for (const Snap& snap : snaps) {
             const Index frame = run.begin + snap.frame;
-            if (snap.length > kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
+            if (snap.length >= kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
                 result_.snaps.push_back(frame);
         }
     }

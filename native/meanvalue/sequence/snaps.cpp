@@ -26,6 +26,8 @@ constexpr double kOfLimit = 1.5;
 constexpr double kFewestFrames = 3.0;
 // A step by which the weight of an anchor changes by more is asked for, however far the shape goes.
 constexpr double kLetGo = 0.5;
+// Of the diagonal: by how little a step may exceed others, as it can't be seen.
+constexpr double kUnseen = 1e-4;
 
 /// How far each of `numbers` coordinates exceeds the median of the steps around it.
 /// @param at (frame) -> the coordinates then. @param step from the frame before it to frame `step`.
@@ -72,7 +74,7 @@ Index RunPaths::radius_around(Index step) const {
     return radius;
 }
 
-std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index first, double unseen) const {
+std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index first, double size) const {
     const Index anchors = trajectories.anchor_count;
     std::vector<double> asked(frame_count_, 0.0);
     for (Index step = 1; step < frame_count_; ++step) {
@@ -100,7 +102,7 @@ std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index fir
     for (Index step = 0; step < frame_count_; ++step) {
         const auto begin = asked.begin() + std::max<Index>(0, step - kAround);
         const auto end = asked.begin() + std::min(frame_count_, step + kAround + 1);
-        result.push_back(*std::max_element(begin, end) + unseen);
+        result.push_back(*std::max_element(begin, end) + kUnseen * size);
     }
     return result;
 }

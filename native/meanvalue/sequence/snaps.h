@@ -18,6 +18,9 @@ struct Snap {
     double share;   ///< 0 to 1: how sharp it is against what is around it. A swing is not
 };
 
+/// Of the diagonal: snaps that go as far or farther are told.
+constexpr double kTold = 2e-2;
+
 /// How many frames behind a snap, at most, say whether and how far it is one, with the steps beside its own.
 constexpr Index kFramesOfSnap = 12;
 
@@ -30,9 +33,9 @@ class RunPaths {
     /// @param points of each frame, count x 3. @param is_solved flag of each frame: nothing is known near others.
     RunPaths(std::vector<float*> points, std::size_t count, std::vector<char> is_solved);
 
-    /// What steps may exceed those around them by, for each frame: as far as any target does nearby, and `unseen`.
-    /// @param first the clip's frame that the run's first is.
-    std::vector<double> limits(const Trajectories& trajectories, Index first, double unseen) const;
+    /// What steps may exceed those around them by, for each frame: as far as any target does nearby, and a little.
+    /// @param first the clip's frame that the run's first is. @param size the diagonal.
+    std::vector<double> limits(const Trajectories& trajectories, Index first, double size) const;
 
     /// @param limits one for each frame. @throws Cancelled.
     std::vector<Snap> find_snaps(const std::vector<double>& limits, const Execution& execution) const;

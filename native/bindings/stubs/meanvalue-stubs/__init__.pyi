@@ -416,6 +416,9 @@ def encode(
     threads: int = 0,
     execution: Execution | None = None,
 ) -> Encoding: ...
+def find_snaps(
+    shapes: ArrayLike, targets: ArrayLike, size: float, *, weights: ArrayLike | None = None
+) -> tuple[int, ...]: ...
 def first_of_place(points: ArrayLike, distance: float) -> NDArray[np.int32]: ...
 def first_of_seams(
     points: ArrayLike, face_corners: ArrayLike, face_starts: ArrayLike, distance: float
