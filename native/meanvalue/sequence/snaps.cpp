@@ -26,8 +26,7 @@ constexpr double kOfLimit = 1.5;
 constexpr double kFewestFrames = 3.0;
 // A step by which the weight of an anchor changes by more is asked for, however far the shape goes.
 constexpr double kLetGo = 0.5;
-// Of the diagonal: by how little a step may exceed others, as it can't be seen.
-constexpr double kUnseen = 1e-4;
+constexpr double kUnseen = 1e-4;  // of the diagonal: what a step exceeds others by can't be seen
 
 /// How far each of `numbers` coordinates exceeds the median of the steps around it.
 /// @param at (frame) -> the coordinates then. @param step from the frame before it to frame `step`.

@@ -18,11 +18,9 @@ struct Snap {
     double share;   ///< 0 to 1: how sharp it is against what is around it. A swing is not
 };
 
-/// Of the diagonal: snaps that go as far or farther are told.
-constexpr double kTold = 2e-2;
-
 /// How many frames behind a snap, at most, say whether and how far it is one, with the steps beside its own.
 constexpr Index kFramesOfSnap = 12;
+constexpr double kTold = 2e-2;  ///< of the diagonal: snaps that go so far or farther are told
 
 /// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
 double fade(Index frame, Index count);
