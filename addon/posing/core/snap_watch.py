@@ -3,12 +3,16 @@
 
 import numpy as np
 
-#: Shares of the mesh's size, of the step itself, and of what the handles ask for, that the step of a snap exceeds the
-#: two beside it by.
-SEEN, SHARP, ASKED = 0.02, 0.5, 2.5
+from ...solver import native_loader
 
-#: Vertices that are looked at.
-MOST_ROWS = 2000
+#: Frames to either side that tell whether a step is a snap, and the fewest in a row that tell anything.
+ASIDE, FEWEST = 8, 6
+
+#: Vertices and anchors that are looked at.
+MOST_ROWS, MOST_ANCHORS = 2000, 100
+
+#: Targets at the same frame that differ by more, as a share of the size, are of another animation.
+SAME = 1e-4
 
 
 class SnapWatch:
@@ -16,24 +20,23 @@ class SnapWatch:
 
     def __init__(self):
         self.found = None
-        self._last = []  # (frame, rows of the shape, rows of its anchors), frame by frame
+        self._last = {}  # frame: (rows of the shape, targets of anchors, their weights)
 
-    def note(self, frame, shape, anchors, diagonal):
-        """shape: n x 3, the answer at this frame; anchors: vertices."""
-        rows = [some[:: max(1, len(some) // MOST_ROWS)] for some in (shape, shape[anchors])]
-        last = [each for each in self._last if each[0] != frame]
-        way = frame - last[-1][0] if last else 0
-        if abs(way) != 1 or (len(last) > 1 and last[-1][0] - last[-2][0] != way):
-            last = last[-1:] if abs(way) == 1 else []
-        self._last = [*last, (frame, *rows)][-4:]
-        if len(self._last) < 4:
+    def note(self, frame, shape, targets, weights, diagonal):
+        """shape: n x 3, the answer at this frame; targets, weights: k x 3, and k or None."""
+        every = max(1, len(targets) // MOST_ANCHORS)
+        asked = targets[::every], np.ones(len(targets[::every])) if weights is None else weights[::every]
+        if frame in self._last and np.abs(asked[0] - self._last[frame][1]).max(initial=0.0) > SAME * diagonal:
+            self._last, self.found = {}, None
+        self._last[frame] = (shape[:: max(1, len(shape) // MOST_ROWS)].copy(), *asked)
+        if not {frame - 1, frame + 1} & self._last.keys():
+            self._last = {frame: self._last[frame]}
+        frames = [each for each in sorted(self._last) if abs(each - frame) <= 2 * ASIDE]
+        self._last = {each: self._last[each] for each in frames}
+        if len(frames) < FEWEST:
             return
-        frames, *shapes = zip(*self._last, strict=True)
-        steps, asked = (np.diff(each, axis=0) for each in shapes)
-        excess, limit = (np.linalg.norm(each[1] - 0.5 * (each[0] + each[2]), axis=1) for each in (steps, asked))
-        most = excess.argmax()
-        least = max(SEEN * diagonal, SHARP * np.linalg.norm(steps[1, most]), ASKED * limit.max(initial=0.0))
-        if excess[most] > least:
-            self.found = max(frames[1:3])
-        elif self.found == max(frames[1:3]):
-            self.found = None
+        shapes, targets, weights = (np.stack(each) for each in zip(*self._last.values(), strict=True))
+        told = native_loader.module().find_snaps(shapes, targets, diagonal, weights=weights)
+        near = [frames[0] + each for each in told if abs(frames[0] + each - frame) <= ASIDE]
+        if near or (self.found is not None and abs(self.found - frame) <= ASIDE):
+            self.found = max(near, default=None)

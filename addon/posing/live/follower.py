@@ -158,7 +158,8 @@ class Follower(Following):
                 views.say(wording.sentence(joined))
             self._is_settled, drag.answer = settles, composed
             if self._wanted is wanted:
-                drag.snaps.note(bpy.context.scene.frame_current, composed, bind_input.anchors, bind_input.diagonal)
+                now = bpy.context.scene.frame_current
+                drag.snaps.note(now, composed, wanted.positions, wanted.weights, bind_input.diagonal)
             if not settles:
                 self.solve_seconds, self._shown = seconds, wanted
                 if self._wanted is not wanted and self._show_meanwhile(owner):
