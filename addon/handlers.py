@@ -1,28 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
-Live posing follows what moved (live/engine.py); all else only forgets or marks. A room hears of it by functions of its
-room.py: scene_updated(), objects_changed(), chosen(active), forget(), another_file(), about_to_save(), those that it
-has. Blender calls handlers for every frame of every scene: nothing may be gone through there unless something of ours
-follows or is shown.
+Live posing follows what moved (live/engine.py); all else only forgets or marks. Rooms hear of it, see rooms.py. Blender
+calls handlers for every frame of every scene: nothing may be gone through there unless something of ours follows or is
+shown.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
 from .live import engine, roll
+from .rooms import ALL
 from .scene import object_model
 from .solver import session
 
-_rooms = ()
 _is_unknown = True  # what the file has: the add-on may be enabled in any, and nobody tells if undo or loading failed
 
 
-def _have_heard(name, *arguments):
-    for room in _rooms:
-        hear = getattr(room, name, None)
-        if hear is not None:
-            hear(*arguments)
+def _tell(listeners, *arguments):
+    for hear in listeners:
+        hear(*arguments)
 
 
 @persistent
@@ -30,7 +27,7 @@ def meanvalue_scene_updated(_scene, depsgraph):
     if depsgraph.mode == 'RENDER':  # on a thread of its own
         return
     _notice_objects(depsgraph)
-    _have_heard("scene_updated")
+    _tell(ALL.scene_updated)
     _note_active_object(depsgraph)
     engine.scene_updated(depsgraph)
 
@@ -48,7 +45,7 @@ def _notice_objects(depsgraph):
     if _is_unknown:
         _begin()
     elif depsgraph.id_type_updated('COLLECTION'):
-        _have_heard("objects_changed")
+        _tell(ALL.objects_changed)
         roll.search()
 
 
@@ -65,7 +62,7 @@ def meanvalue_look_again(*_):
     global _is_unknown
     _is_unknown = False
     object_model.clear()
-    _have_heard("forget")
+    _tell(ALL.forget)
     engine.look_for_live_objects()
 
 
@@ -77,13 +74,13 @@ def meanvalue_another_file(*_):
 
 
 def _begin():
-    _have_heard("another_file")
+    _tell(ALL.another_file)
     meanvalue_look_again()
 
 
 @persistent
 def meanvalue_save(*_):
-    _have_heard("about_to_save")
+    _tell(ALL.about_to_save)
 
 
 @persistent
@@ -126,21 +123,19 @@ def _note_active_object(depsgraph):
     if state != _last_active.get(layer):
         _last_active[layer] = state
         if active is not None:
-            _have_heard("chosen", active)
+            _tell(ALL.chosen, active)
 
 
-def register(rooms):
-    global _rooms
+def register():
     unregister()
-    _rooms = rooms
     for list_name, handler in _HANDLERS:
         getattr(bpy.app.handlers, list_name).append(handler)
 
 
 def unregister():
     """By name: after reloading the add-on, handlers of the former one are other functions."""
-    global _rooms, _is_unknown
-    _rooms, _is_unknown = (), True
+    global _is_unknown
+    _is_unknown = True
     for list_name, handler in _HANDLERS:
         handlers = getattr(bpy.app.handlers, list_name)
         handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on, in the browser.
 
-Each room says its page in PAGE; PAGES, if it has that, names those of single operators.
+Each room says its page, and those of single operators that have others.
 """
 
 import pathlib
@@ -22,14 +22,13 @@ def meanvalue_manual_map():
 def _entries(rooms):
     """(pattern in lower case, page)"""
     for room in rooms:
-        pages = getattr(room, "PAGES", {})
-        for cls in room.CLASSES:
+        for cls in room.classes:
             if issubclass(cls, bpy.types.Operator):
-                yield f"bpy.ops.{cls.bl_idname}*", f"{pages.get(cls.bl_idname, room.PAGE)}.html"
-        for cls in room.PROPERTY_GROUPS:
-            yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.PAGE}.html"
-        for name in room.SETTINGS:
-            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.PAGE}.html"
+                yield f"bpy.ops.{cls.bl_idname}*", f"{room.pages.get(cls.bl_idname, room.page)}.html"
+            elif issubclass(cls, bpy.types.PropertyGroup):
+                yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.page}.html"
+        for name in room.settings:
+            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.page}.html"
 
 
 def register(rooms):

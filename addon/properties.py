@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept on an object: `object.meanvalue`. Each room says what there is of its own: PROPERTY_GROUPS, the classes,
-and SETTINGS, {name in `object.meanvalue`: property}."""
+"""What is kept on an object and on a collection: `object.meanvalue` and `collection.meanvalue`. Each room says what
+there is of its own."""
 
 import bpy
 from bpy.props import PointerProperty
@@ -16,20 +16,27 @@ class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801  Blender's w
     __annotations__ = {"baked": aside(PointerProperty)(type=MEANVALUE_PG_baked)}
 
 
+def _groups(rooms):
+    """In the order in which they need each other, and what each of the kinds of datablocks has of them."""
+    own = [each for room in rooms for each in room.classes if issubclass(each, bpy.types.PropertyGroup)]
+    of_collections = next((room.of_collections for room in rooms if room.of_collections), None)
+    owners = {bpy.types.Object: MEANVALUE_PG_settings, bpy.types.Collection: of_collections}
+    return [MEANVALUE_PG_baked, *own, MEANVALUE_PG_settings], {owner: kind for owner, kind in owners.items() if kind}
+
+
 def register(rooms):
-    bpy.utils.register_class(MEANVALUE_PG_baked)
+    groups, owners = _groups(rooms)
     for room in rooms:
-        for cls in room.PROPERTY_GROUPS:
-            bpy.utils.register_class(cls)
-        MEANVALUE_PG_settings.__annotations__.update(room.SETTINGS)
-    bpy.utils.register_class(MEANVALUE_PG_settings)
-    setattr(bpy.types.Object, ids.OBJECT_PROPERTY, PointerProperty(type=MEANVALUE_PG_settings))
+        MEANVALUE_PG_settings.__annotations__.update(room.settings)
+    for cls in groups:
+        bpy.utils.register_class(cls)
+    for owner, kind in owners.items():
+        setattr(owner, ids.OBJECT_PROPERTY, PointerProperty(type=kind))
 
 
 def unregister(rooms):
-    delattr(bpy.types.Object, ids.OBJECT_PROPERTY)
-    bpy.utils.unregister_class(MEANVALUE_PG_settings)
-    for room in reversed(rooms):
-        for cls in reversed(room.PROPERTY_GROUPS):
-            bpy.utils.unregister_class(cls)
-    bpy.utils.unregister_class(MEANVALUE_PG_baked)
+    groups, owners = _groups(rooms)
+    for owner in owners:
+        delattr(owner, ids.OBJECT_PROPERTY)
+    for cls in reversed(groups):
+        bpy.utils.unregister_class(cls)

@@ -5,16 +5,14 @@ import importlib
 
 import bpy
 
-from . import handlers, manual, preferences, properties
+from . import handlers, manual, preferences, properties, rooms
 from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import base, overlay
 
-#: Each is a folder with a room.py. Deleting the folder and the line here takes the room out. Its HOOKS are what it adds
-#: to lists of the shared rooms and to Blender's menus: (list or menu, item). Its register() and unregister(), if it has
-#: them, do the rest.
+#: Each is a folder with a room.py. Deleting the folder and the line here takes the room out.
 ROOMS = tuple(
-    importlib.import_module(f"{__package__}.{name}.room")
+    importlib.import_module(f"{__package__}.{name}.room").ROOM
     for name in (
         "posing",
         "capture",
@@ -25,7 +23,9 @@ ROOMS = tuple(
     )
 )
 
-CLASSES = (preferences.MEANVALUE_AP_preferences, *(cls for room in ROOMS for cls in room.CLASSES))
+#: But for groups of settings, see properties.py.
+CLASSES = [preferences.MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
+CLASSES = [each for each in CLASSES if not issubclass(each, bpy.types.PropertyGroup)]
 
 #: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.
 MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
@@ -45,11 +45,12 @@ def register():
     properties.register(ROOMS)
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    handlers.register(ROOMS)
+    rooms.take_in(ROOMS)
+    handlers.register()
+    for menu, draw in rooms.ALL.blender_menus:
+        menu.append(draw)
     for room in ROOMS:
-        for hooks, item in room.HOOKS:
-            hooks.append(item)
-        getattr(room, "register", lambda: None)()
+        room.register()
     overlay.register()
     manual.register(ROOMS)
 
@@ -59,10 +60,11 @@ def unregister():
     manual.unregister()
     overlay.unregister()
     for room in reversed(ROOMS):
-        getattr(room, "unregister", lambda: None)()
-        for hooks, item in room.HOOKS:
-            hooks.remove(item)
+        room.unregister()
+    for menu, draw in rooms.ALL.blender_menus:
+        menu.remove(draw)
     handlers.unregister()
+    rooms.take_in(())
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister(ROOMS)

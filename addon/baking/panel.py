@@ -44,6 +44,3 @@ def draw_top(layout, context, obj):
     if obj.meanvalue.handles:
         layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep Bake, Remove Handles").keep_bake = True
     return True
-
-
-CLASSES = (MEANVALUE_PT_bake,)

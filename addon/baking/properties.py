@@ -81,5 +81,4 @@ def chosen(operator, settings, options):
     return types.SimpleNamespace(**{name: getattr(operator if is_set(name) else settings, name) for name in options})
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_bake,)
 SETTINGS = {"bake": aside(PointerProperty)(type=MEANVALUE_PG_bake)}

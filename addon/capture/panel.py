@@ -168,6 +168,3 @@ class MEANVALUE_UL_marker_problems(bpy.types.UIList):
         split = layout.split(factor=0.2)
         split.label(text=f"{item.frame:.0f}")
         split.label(text=item.text)
-
-
-CLASSES = (MEANVALUE_UL_marker_pairs, MEANVALUE_UL_marker_problems, MEANVALUE_PT_capture, MEANVALUE_PT_matching)

@@ -177,7 +177,6 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_marker_problem, MEANVALUE_PG_take, MEANVALUE_PG_marker_pair, MEANVALUE_PG_capture)
 SETTINGS = {
     "marker": aside(StringProperty)(options={'HIDDEN'}),  # of a marker of a take: its name in the file
     "capture": aside(PointerProperty)(type=MEANVALUE_PG_capture),

@@ -14,6 +14,7 @@ from .. import wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import kept, key_marks, object_model, shape_keys, subject
 from ..solver.job import Job
+from .follows import Follows
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
 FRAME_SECONDS = 1.0 / 30.0
@@ -36,15 +37,11 @@ SLOW_SECONDS = 1.0
 clock = time.monotonic
 
 
-class Following:
+class Following(Follows):
     """Use on the main thread only. Knows of the object only its name; the object is handed in with each call.
 
     problem        says in words why the mesh does not follow, or is None
     solve_seconds  of the last solve
-
-    Subclasses define READS, a kind of scene/object_model.py; in words FOLLOWS, LABEL and AND_EXPORTS, what to mind
-    besides; asks_for(obj), whether `obj` is theirs, and turn(obj, is_on); is_animated(), on any thread; why_hidden(),
-    notes(); and what is called here and begins with an underscore and is not defined here.
     """
 
     #: In these modes it waits: Blender keeps a copy of its own of the mesh.

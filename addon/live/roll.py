@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who is live: the kinds of followers, which rooms bring (see live/following.py), and the follower of each object.
+"""Who is live: the follower of each object, of the kinds that rooms bring (see live/following.py).
 
 Nothing of Blender's is held: objects are known by what tells them apart while the file is open, and looked up by name.
 """
@@ -7,16 +7,16 @@ Nothing of Blender's is held: objects are known by what tells them apart while t
 import bpy
 
 from .. import compat
+from ..rooms import ALL
 from ..scene import subject
 
-kinds = []  # classes of followers
 _followers = {}  # identity of the object: its follower
 _are_waited_for = False  # objects that ask to follow and cannot yet, as linked ones until they are made local
 
 
 def kinds_on(obj):
     """The kinds of followers that are turned on for `obj`."""
-    return [kind for kind in kinds if kind.asks_for(obj)]
+    return [kind for kind in ALL.followers if kind.asks_for(obj)]
 
 
 def turned_on(obj, kind):

@@ -44,6 +44,3 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
         layout.operator(MEANVALUE_OT_bake_mix.bl_idname, icon='REC')
         if mixed_keys.in_between_names(obj):
             layout.operator(MEANVALUE_OT_bake_mix.bl_idname, text="Remove In-Betweens", icon='X').remove = True
-
-
-CLASSES = (MEANVALUE_PT_mix,)

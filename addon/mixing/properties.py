@@ -28,5 +28,4 @@ class MEANVALUE_PG_mix(bpy.types.PropertyGroup):
     )
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_mix,)
 SETTINGS = {"mix": aside(PointerProperty)(type=MEANVALUE_PG_mix)}

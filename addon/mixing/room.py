@@ -3,35 +3,28 @@
 
 import bpy
 
-from ..live import roll
-from ..scene import bakeable, new_rest
+from ..rooms import Room
 from ..widgets import menus
-from . import panel
+from . import panel, properties
 from .bridge import baked_mixes, mixed_keys
 from .bridge.mix_follower import MixFollower
 from .operators import bake_mix, morph
-from .properties import PROPERTY_GROUPS, SETTINGS  # noqa: F401
-
-#: Of the guide, see addon/manual.py.
-PAGE = "shape_keys"
-
-OPERATORS = (
-    morph.MEANVALUE_OT_morph,
-    bake_mix.MEANVALUE_OT_bake_mix,
-)
-MENU = menus.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", OPERATORS)
-CLASSES = (*OPERATORS, MENU, *panel.CLASSES)
-HOOKS = (
-    (menus.of_rooms, MENU.bl_idname),
-    (roll.kinds, MixFollower),
-    (bakeable.kinds, baked_mixes),
-    (new_rest.made_of_rest, mixed_keys.made_of_rest),
-)
 
 
-def another_file():
+def _carry_over():
+    """Objects may come from an older file."""
     for obj in bpy.data.objects:
         mixed_keys.carry_over(obj)
 
 
-objects_changed = another_file  # they may come from an older file
+ROOM = Room(
+    page="shape_keys",
+    modules=(properties, morph, bake_mix, panel),
+    settings=properties.SETTINGS,
+    menus=[menus.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", morph, bake_mix)],
+    followers=[MixFollower],
+    bakeables=[baked_mixes],
+    made_of_rest=[mixed_keys.made_of_rest],
+    another_file=[_carry_over],
+    objects_changed=[_carry_over],
+)

@@ -144,5 +144,4 @@ class Settings:
     )
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_handle, MEANVALUE_PG_bound_record)
 SETTINGS = Settings.__annotations__

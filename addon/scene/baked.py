@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from .. import ids
+from ..rooms import ALL
 
 #: What a bake may play from.
 TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
@@ -29,3 +30,8 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
 def names_in(text):
     """Names of a list in MEANVALUE_PG_baked. Remembered, since all that is drawn asks."""
     return tuple(json.loads(text or "[]"))
+
+
+def source(obj):
+    """The rooms.Bakeable that shapes an object, or None: then it is the handles."""
+    return next((each for each in ALL.bakeables if each.is_meant(obj)), None)

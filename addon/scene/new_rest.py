@@ -2,11 +2,8 @@
 """The pose becomes the rest shape."""
 
 from .. import compat, wording
+from ..rooms import ALL
 from . import pose_key, shape_keys, surface_hair
-
-#: Rooms say what they have made of a rest shape: functions of an object to (names of their shape keys, what the artist
-#: is to do about them now that they belong to the former one, a sentence).
-made_of_rest = []
 
 
 def become(obj):
@@ -33,7 +30,7 @@ def become(obj):
 
 
 def _notes(obj, carried):
-    for made, note in (names_and_note(obj) for names_and_note in made_of_rest):
+    for made, note in (names_and_note(obj) for names_and_note in ALL.made_of_rest):
         if note:
             yield note
         carried = [name for name in carried if name not in made]

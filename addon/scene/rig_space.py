@@ -18,6 +18,7 @@ import numpy as np
 
 from .. import compat, wording
 from ..errors import SceneError
+from ..rooms import ALL
 from . import mesh_arrays, pose_key, shape_keys, views
 from .baked import names_in
 from .core.fixed_points import bounding_box_diagonal
@@ -250,6 +251,6 @@ def _pose_keys(obj):
     names = {*pose_key.names(obj), *(key.name for key in pose_key.replacing(obj))}
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
-    for stand_in in shape_keys.stand_ins:
-        names.update(stand_in.names(obj))
+    for shown in ALL.shown_keys:
+        names.update(shown.names(obj))
     return names

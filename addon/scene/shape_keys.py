@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import compat, ids, wording
 from ..errors import SceneError
+from ..rooms import ALL
 from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
 from .core.finite import require_finite
@@ -218,15 +219,10 @@ def pose_to_use(obj):
     return shape
 
 
-#: Rooms say here which other keys show the pose: modules with names(obj) of these, and positions(obj), n x 3 float32 as
-#: they show the mesh; None where the result does.
-stand_ins = []
-
-
 def posed_positions(obj):
     """n x 3 float32: the mesh as posed, be it by the result or by other keys; None where nothing is posed."""
-    for stand_in in stand_ins:
-        shape = stand_in.positions(obj)
+    for shown in ALL.shown_keys:
+        shape = shown.positions(obj)
         if shape is not None:
             return shape
     return result_positions(obj)

@@ -6,10 +6,8 @@ import numpy as np
 
 from .. import wording
 from ..errors import SceneError
+from ..rooms import ALL
 from .core import motion
-
-#: Rooms say here which mesh an object stands for, as a control does: functions of an object, to a mesh object or None.
-finders = []
 
 
 def of(context):
@@ -17,7 +15,7 @@ def of(context):
     active = context.object
     if active is None or active.type == 'MESH':
         return active
-    return next(filter(None, (find(active) for find in finders)), active)
+    return next(filter(None, (find(active) for find in ALL.finders)), active)
 
 
 def object_problem(obj):

@@ -50,6 +50,3 @@ class MEANVALUE_PT_bake_values(PanelPart, bpy.types.Panel):
         layout.prop(settings, "tolerance")
         layout.prop(settings, "replace")
         draw_main_button(layout, MEANVALUE_OT_bake_values, 'REC')
-
-
-CLASSES = (MEANVALUE_PT_sliders, MEANVALUE_PT_bake_values)

@@ -64,7 +64,6 @@ class MEANVALUE_PG_bake_values(bpy.types.PropertyGroup):
     __annotations__ = OPTIONS
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_bake_values,)
 SETTINGS = {
     "bake_values": aside(PointerProperty)(type=MEANVALUE_PG_bake_values),
     "drive": aside(EnumProperty)(

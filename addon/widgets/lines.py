@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines from a mesh to somewhere else, for painters of widgets/overlay.py."""
+"""Lines from a mesh to somewhere else, for painters of rooms.py."""
 
 from dataclasses import dataclass
 

@@ -3,15 +3,15 @@
 
 import bpy
 
-#: Names of the rooms' menus, in the order of the rooms: shown at the end of the add-on's menu in Blender's Object menu.
-of_rooms = []
+from ..rooms import classes_in
 
 
-def of_room(name, label, about, operators):
-    """The class of a room's menu. about: what the room is for, as the tooltip says it."""
+def of_room(name, label, about, *modules):
+    """The class of a room's menu, with the operators of these modules. about: what it is for, as the tooltip says it.
+    """
 
     def draw(menu, _context):
-        draw_operators(menu.layout, operators)
+        draw_operators(menu.layout, classes_in(modules, "MEANVALUE_OT_"))
 
     return type(name, (bpy.types.Menu,), {"__doc__": about, "bl_idname": name, "bl_label": label, "draw": draw})
 

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn over the mesh that the artist works on, in 3D Views. Rooms say in `painters` what they draw."""
+"""What is drawn over the mesh that the artist works on, in 3D Views. Rooms draw it."""
 
 import traceback
 
 import bpy
 
+from ..rooms import ALL
 from ..scene import subject, views
 
 #: In modes that are not here, Blender has a mesh of its own.
 MODES = {'OBJECT', 'WEIGHT_PAINT', 'VERTEX_PAINT', 'TEXTURE_PAINT'}
-
-#: Functions of (context, mesh object), called in this order.
-painters = []
 
 #: Why nothing is drawn any more until the add-on is enabled again, or "".
 problem = ""
@@ -37,7 +35,7 @@ def draw():
         return
     try:
         obj = subject_to_draw(bpy.context)
-        for paint in painters if obj is not None else ():
+        for paint in ALL.painters if obj is not None else ():
             paint(bpy.context, obj)
     except Exception as error:
         traceback.print_exc()

@@ -11,10 +11,6 @@ LETTER_WIDTH = 7.0
 MARGIN_WIDTH = 60.0
 SHORTEST_LINE = 16
 
-#: What rooms draw at the top of the main panel: functions of (layout, context, object). If one returns True, the rest
-#: of the panel is not drawn.
-tops = []
-
 
 def column_of_settings(layout):
     """A column with the names of settings beside them, as in Blender's own panels, and no buttons for keyframes."""

@@ -24,6 +24,3 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
             row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, text="", icon='X').clear = True
             layout.label(text=f"Pairs picked: {len(settings.pairs)}")
         draw_main_button(layout, MEANVALUE_OT_wrap, 'MOD_SHRINKWRAP')
-
-
-CLASSES = (MEANVALUE_PT_wrap,)

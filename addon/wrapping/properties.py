@@ -29,5 +29,4 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
     made: StringProperty(options={'HIDDEN'})  # the shape key of the last wrap, in files of before it had a mark
 
 
-PROPERTY_GROUPS = (MEANVALUE_PG_wrap_pair, MEANVALUE_PG_wrap)
 SETTINGS = {"wrap": aside(PointerProperty)(type=MEANVALUE_PG_wrap)}

@@ -97,7 +97,7 @@ FEATURES = {
 ROOMS = SHARED | {room: set(SHARED) | others for room, others in FEATURES.items()}
 
 #: What every room may use besides.
-EVERYWHERE = {"compat", "errors", "ids", "wording"}
+EVERYWHERE = {"compat", "errors", "ids", "rooms", "wording"}
 
 #: Inside a room, from below; a module beside these folders comes above them, but what is kept, which operators read.
 INSIDE = ("core", "bridge", "live", "properties", "operators")

@@ -118,6 +118,16 @@ def test_handlers_of_a_former_copy_are_replaced():
     assert our_handlers() == before
 
 
+def test_a_room_fails_at_once_for_a_wrong_name_and_where_it_lacks_what_a_contract_wants(part):
+    make = part("rooms").Room
+    with pytest.raises(TypeError, match="scene_updatet"):
+        make(page="grab", modules=(), scene_updatet=[print])
+    unfinished = type("Unfinished", (part("live.following").Following,), {})
+    for lacking in ({"followers": [unfinished]}, {"bakeables": [part("scene.baked")]}, {"shown_keys": [part("ids")]}):
+        with pytest.raises(TypeError, match="contract"):
+            make(page="grab", modules=(), **lacking)
+
+
 def test_settings_are_still_there_after_off_and_on():
     obj = steps.posed_grid(meshes.grid())
     installed.disable()

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ...errors import CancelledError
-from ...scene import bakeable, frames
+from ...scene import baked, frames
 from ...scene.baked import TO_KEYS
 from ...wording import counted
 from ..core import key_reduction, point_cache
@@ -31,7 +31,7 @@ class Baking:
         self.times = preparing.times_of(scene, obj, options)
         self.shown_path, self.path = preparing.paths(obj, options)
         preparing.require_fit(obj, self.times, options, self.path)
-        self._kind = bakeable.of(obj) or handle_source
+        self._kind = baked.source(obj) or handle_source
         self.posing = self._kind.bind(obj)
         self.require_unchanged = self.posing.require_unchanged
         self.plan = self.begun = self.kept = self.shapes = self._execution = None

@@ -76,7 +76,7 @@ class HandleClip:
 
 @dataclass(frozen=True, eq=False)
 class RowClip:
-    """rows: f x k float64 of a kind of scene/bakeable.py, each solved for itself. As HandleClip."""
+    """rows: f x k float64 of a rooms.Bakeable, each solved for itself. As HandleClip."""
 
     kind: object
     bind_input: object

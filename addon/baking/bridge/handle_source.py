@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the handles are over time, whatever moves them: a kind of what can be baked (scene/bakeable.py)."""
+"""Where the handles are over time, whatever moves them: as of a rooms.Bakeable."""
 
 import numpy as np
 

@@ -6,7 +6,7 @@ import json
 import bpy
 
 from ... import compat, ids
-from ...scene import actions, bakeable, declarations, pose_key, shape_keys
+from ...scene import actions, baked, declarations, pose_key, shape_keys
 from ...scene.baked import TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -75,7 +75,7 @@ def take_back(obj):
         key = obj.data.shape_keys.key_blocks.get(name) if name else shape_keys.result(obj)
         if key is not None:
             pose_key.show(key, values.get(name, key.value))
-    was_live, was_mixed, kind = record.was_live, record.was_mixed, bakeable.of(obj)
+    was_live, was_mixed, kind = record.was_live, record.was_mixed, baked.source(obj)
     declarations.clear(record)
     if was_live:
         obj.meanvalue.live = True
@@ -96,7 +96,7 @@ def keep(obj):
 
 def _hide_result(obj):
     """The mesh must not be moved twice: what poses it is muted, and what follows at once ends."""
-    record, settings, kind = obj.meanvalue.baked, obj.meanvalue, bakeable.of(obj)
+    record, settings, kind = obj.meanvalue.baked, obj.meanvalue, baked.source(obj)
     record.was_live, record.was_mixed = settings.live, kind is not None and kind.is_on(obj)
     shown = kind.shown_keys(obj) if record.was_mixed else []
     settings.live = False

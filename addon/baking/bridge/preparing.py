@@ -9,7 +9,7 @@ import bpy
 from ... import wording
 from ...errors import SceneError, require_none
 from ...ids import CACHE_FOLDER
-from ...scene import bakeable, frames
+from ...scene import baked, frames
 from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.file_names import file_name
@@ -30,7 +30,7 @@ def times_of(scene, obj, options):
     if options.frame_range == 'SCENE':
         first, last = scene.frame_start, scene.frame_end
     elif options.frame_range == 'ANIMATION':
-        first, last = frames.moved_range(scene, (bakeable.of(obj) or handle_source).animated(obj))
+        first, last = frames.moved_range(scene, (baked.source(obj) or handle_source).animated(obj))
     return bake_times.sample_times(first, last, options.samples)
 
 

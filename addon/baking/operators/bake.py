@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the animation of the handles, or whatever else shapes the mesh (scene/bakeable.py)."""
+"""Bakes the animation of the handles, or whatever else shapes the mesh (rooms.Bakeable)."""
 
 import bpy
 from bpy.props import BoolProperty
@@ -8,7 +8,7 @@ from ... import wording
 from ...errors import MeanValueError, require_none
 from ...live import engine
 from ...posing.bridge import scene_input
-from ...scene import bakeable, subject
+from ...scene import baked, subject
 from ...scene.core import sample_times
 from ...widgets.background import BackgroundOperator
 from .. import properties
@@ -22,7 +22,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_label = "Bake"
     bl_description = "Solve every frame of the animated handles or sliders, into a point cache or shape keys"
     doing = "Baking"
-    problems = (lambda obj: None if bakeable.of(obj) else scene_input.unheld_problem(obj),)
+    problems = (lambda obj: None if baked.source(obj) else scene_input.unheld_problem(obj),)
 
     __annotations__ = {
         **properties.unsaved(properties.OPTIONS),

@@ -172,8 +172,6 @@ def _account(take, collection, frames):
     ]
 
 
-FILE_HANDLERS = ()
-
 if _FileHandler is not None:
 
     class MEANVALUE_FH_motion(_FileHandler):
@@ -187,5 +185,3 @@ if _FileHandler is not None:
         @classmethod
         def poll_drop(cls, context):
             return context.area is not None and context.area.type == 'VIEW_3D'
-
-    FILE_HANDLERS = (MEANVALUE_FH_motion,)

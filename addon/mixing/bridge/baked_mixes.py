@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Animated sliders of a rotation-aware mix, as what can be baked: see scene/bakeable.py."""
+"""Animated sliders of a rotation-aware mix, as what can be baked: a rooms.Bakeable."""
 
 import numpy as np
 

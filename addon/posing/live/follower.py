@@ -22,9 +22,6 @@ SAME_SHAPE = 2e-4
 #: Targets closer than this are the same: noise of float32 matrices.
 SAME_TARGETS = 1e-6
 
-#: Rooms bring here kinds of followers that take the place of Follower for objects that they ask for.
-stand_ins = []
-
 
 def turned(obj):
     """Live was turned on or off."""
@@ -32,7 +29,7 @@ def turned(obj):
     if not obj.meanvalue.live and isinstance(follower, Follower):
         follower.take_back(obj)
     if obj.meanvalue.live:
-        roll.turned_on(obj, next(kind for kind in (*stand_ins, Follower) if kind.asks_for(obj)))
+        roll.turned_on(obj, next(kind for kind in roll.kinds_on(obj) if issubclass(kind, Follower)))
     obj.update_tag(refresh={'OBJECT'})  # without, the mesh too is told of as edited
 
 
@@ -49,7 +46,7 @@ class Follower(Following):
 
     @staticmethod
     def asks_for(obj):
-        return obj.meanvalue.live and not any(kind.asks_for(obj) for kind in stand_ins)
+        return obj.meanvalue.live and not any(kind.asks_for(obj) for kind in Follower.__subclasses__())
 
     @staticmethod
     def turn(obj, is_on):
@@ -81,7 +78,6 @@ class Follower(Following):
         self._end_early()
 
     def notes(self):
-        """What is wrong with what is shown, in sentences."""
         yield from self._binding.notes
         yield from result.torn_notes(self._input, self._wanted.positions)
         if self._drag is not None and self._drag.snaps is not None and self._drag.snaps.found is not None:

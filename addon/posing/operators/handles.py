@@ -6,13 +6,10 @@ import bpy
 from ... import wording
 from ...errors import SceneError
 from ...live import engine
+from ...rooms import ALL
 from ...scene import actions, selection, vertex_groups
 from ...widgets.base import MeshOperator
 from ..bridge import control_places, controls, members, region
-
-#: Rooms say here what is keyed in place of controls: functions of an object to (count, what), None where controls are.
-#: They throw SceneError.
-keyframers = []
 
 
 class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
@@ -98,7 +95,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
         if not usable:
             raise SceneError(notes[0])
         selection.leave_edit_mode(obj)
-        keyed = next(filter(None, (keyframe(obj) for keyframe in keyframers)), None)
+        keyed = next(filter(None, (each.keyframe(obj) for each in ALL.shown_keys)), None)
         if keyed is None:
             movers = {controls.mover(handle) for handle in usable}
             for mover in movers:

@@ -4,6 +4,7 @@
 import bpy
 
 from ... import ids
+from ...rooms import ALL
 from ...scene import subject
 from ...widgets import menus
 
@@ -70,8 +71,8 @@ class MEANVALUE_MT_object(bpy.types.Menu):
     bl_label = ids.SIDEBAR_TAB
 
     def draw(self, _context):
-        for name in (MEANVALUE_MT_handles.bl_idname, MEANVALUE_MT_pose.bl_idname, *menus.of_rooms):
-            self.layout.menu(name)
+        for menu in (MEANVALUE_MT_handles, MEANVALUE_MT_pose, *ALL.menus):
+            self.layout.menu(menu.bl_idname)
 
 
 def meanvalue_draw_object_menu(self, context):
@@ -83,11 +84,3 @@ def meanvalue_draw_object_menu(self, context):
 def meanvalue_draw_edit_mesh_menu(self, _context):
     self.layout.separator()
     self.layout.menu(MEANVALUE_MT_handles.bl_idname, text=ids.SIDEBAR_TAB)
-
-
-CLASSES = (
-    MEANVALUE_MT_handles,
-    MEANVALUE_MT_apply,
-    MEANVALUE_MT_pose,
-    MEANVALUE_MT_object,
-)

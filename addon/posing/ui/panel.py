@@ -5,9 +5,10 @@ import bpy
 
 from ... import ids, wording
 from ...live import engine
+from ...rooms import ALL
 from ...scene import key_marks, mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
-from ...widgets import overlay, panels
+from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
 from ..bridge import bound_record, controls, members, orphans, scene_input, targets
 from ..operators import tool_choice
@@ -77,7 +78,7 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             return
         if overlay.problem:
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
-        if any(draw_top(layout, context, obj) for draw_top in panels.tops):
+        if any(draw_top(layout, context, obj) for draw_top in ALL.tops):
             return
         is_new = not (obj.meanvalue.handles or shape_keys.result(obj))
         if is_new:
@@ -164,7 +165,7 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity.prop(settings, "rigidity")
         rigidity.prop_search(settings, "stiffness_group", subject.of(context), "vertex_groups")
         like = layout.row()
-        like.active = not any(each.names(subject.of(context)) for each in shape_keys.stand_ins)
+        like.active = not any(each.names(subject.of(context)) for each in ALL.shown_keys)
         like.prop(settings, "pose_like")
         if settings.pose_like == ids.LIKE_RIG:
             layout.operator("meanvalue.sample_rig_poses", icon='ARMATURE_DATA')
@@ -251,13 +252,3 @@ def _status(obj):
         return problem, True, wants_update
     notes = mirrors.notes(obj)
     return (notes[0], False, False) if notes else None
-
-
-CLASSES = (
-    MEANVALUE_UL_handles,
-    MEANVALUE_UL_kept_poses,
-    MEANVALUE_PT_panel,
-    MEANVALUE_PT_active_handle,
-    MEANVALUE_PT_region,
-    MEANVALUE_PT_advanced,
-)

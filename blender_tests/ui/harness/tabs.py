@@ -40,7 +40,8 @@ def open_tab(category, click):
 def open_part(ui, room, name=""):
     """As ui.open_tab("Mean-Value"), with the parts of the panel open that a room has, or just `name`."""
     modules = [installed.part(f"{name}.panel") for name in ("posing.ui", "capture", "wrapping", "baking", "sliders")]
-    for panel in [panel for module in modules for panel in module.CLASSES if hasattr(panel, "bl_parent_id")]:
+    panels = installed.part("rooms").classes_in(modules, "MEANVALUE_PT_")
+    for panel in [panel for panel in panels if hasattr(panel, "bl_parent_id")]:
         bpy.utils.unregister_class(panel)
         is_open = panel.__module__.endswith(f"{room}.panel") and name in panel.__name__
         panel.bl_options = set() if is_open else {'DEFAULT_CLOSED'}
