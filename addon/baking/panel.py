@@ -14,7 +14,6 @@ from .operators.unbake import MEANVALUE_OT_unbake
 class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
     """What becomes of the animation of the handles"""
 
-    bl_idname = "MEANVALUE_PT_bake"
     bl_label = "Bake"
 
     def draw(self, context):

@@ -16,7 +16,6 @@ from .operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
 class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
     """Move the mesh by recorded markers"""
 
-    bl_idname = "MEANVALUE_PT_capture"
     bl_label = "Motion Capture"
     bl_parent_id = "MEANVALUE_PT_panel"
     bl_options = {'DEFAULT_CLOSED'}
@@ -35,7 +34,7 @@ class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
     """How markers are laid on the mesh, and what becomes of their gaps; the take too, once they are"""
 
     bl_label = "Matching"
-    bl_parent_id = MEANVALUE_PT_capture.bl_idname
+    bl_parent_id = MEANVALUE_PT_capture.__name__
     bl_options = {'DEFAULT_CLOSED'}
 
     @classmethod

@@ -16,7 +16,6 @@ from .operators.import_values import MEANVALUE_OT_import_values
 class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
     """Values of the shape keys that the mesh has: by hand, and from a file"""
 
-    bl_idname = "MEANVALUE_PT_sliders"
     bl_label = "Shape Key Values"
 
     def draw(self, context):
@@ -33,7 +32,7 @@ class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):
 class MEANVALUE_PT_bake_values(PanelPart, bpy.types.Panel):
     """Values of the shape keys with which the mesh follows its animated handles, or markers"""
 
-    bl_parent_id = MEANVALUE_PT_sliders.bl_idname
+    bl_parent_id = MEANVALUE_PT_sliders.__name__
     bl_label = "From Handles or Markers"
 
     def draw(self, context):

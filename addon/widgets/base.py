@@ -9,7 +9,11 @@ from ..scene import subject, views
 
 
 class Reporting:
-    """Mix-in: how operators tell what they did, and why they did nothing."""
+    """Mix-in: how operators tell what they did, and why they did nothing. MEANVALUE_OT_grab is `meanvalue.grab`."""
+
+    def __init_subclass__(cls):
+        super().__init_subclass__()
+        cls.bl_idname = f"meanvalue.{cls.__name__.removeprefix('MEANVALUE_OT_')}"
 
     def refuse(self, error):
         self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))

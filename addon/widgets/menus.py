@@ -13,7 +13,7 @@ def of_room(name, label, about, *modules):
     def draw(menu, _context):
         draw_operators(menu.layout, classes_in(modules, "MEANVALUE_OT_"))
 
-    return type(name, (bpy.types.Menu,), {"__doc__": about, "bl_idname": name, "bl_label": label, "draw": draw})
+    return type(name, (bpy.types.Menu,), {"__doc__": about, "bl_label": label, "draw": draw})
 
 
 def draw_operators(layout, operators):

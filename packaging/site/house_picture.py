@@ -98,7 +98,7 @@ def main(path):
     folders = [path for path in (NATIVE / "meanvalue").iterdir() if path.is_dir()]
     folders += [NATIVE / "reference", NATIVE / "bindings"]
     solver = uses(folders, (".h", ".cpp"), included)
-    rooms = [path for path in ADDON.iterdir() if (path / "__init__.py").exists()]
+    rooms = [path for path in ADDON.iterdir() if any(path.glob("**/*.py"))]
     addon = uses(rooms, (".py",), imported)
     tallest = max(len(levels(direct(graph))) for graph in (solver, addon))
     height, left, elements = HEAD + MARGIN + (tallest - 1) * STEP + BOX[1], MARGIN, []

@@ -18,7 +18,6 @@ from ..core import bake_times
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
-    bl_idname = "meanvalue.bake"
     bl_label = "Bake"
     bl_description = "Solve every frame of the animated handles or sliders, into a point cache or shape keys"
     doing = "Baking"

@@ -12,7 +12,6 @@ from ..bridge import playing
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     """Take back what Bake made, so that the mesh follows its handles again"""
 
-    bl_idname = "meanvalue.unbake"
     bl_label = "Remove Bake"
     switch = "keep_bake"
     problems = (lambda obj: None if obj.meanvalue.baked.target else f"'{obj.name}' is not baked",)

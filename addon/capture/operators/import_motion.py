@@ -24,7 +24,6 @@ FROM_FILE = 'FILE'
 class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
     """Import markers of motion capture (C3D, TRC, BVH) as animated Empties"""
 
-    bl_idname = "meanvalue.import_motion"
     bl_label = "Import Motion Capture"
     bl_options = {'REGISTER', 'UNDO', 'PRESET'}
 

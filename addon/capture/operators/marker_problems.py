@@ -28,7 +28,6 @@ class TakeOperator(MeshOperator):
 class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
     """List markers of the take that jump or are swapped with others, and gaps that are too long to be filled"""
 
-    bl_idname = "meanvalue.find_marker_problems"
     bl_label = "Find Problems"
 
     def run(self, take):
@@ -47,7 +46,6 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
 class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
     """Exchange the paths of the two markers of the active problem, from its frame to the end of the take"""
 
-    bl_idname = "meanvalue.swap_markers"
     bl_label = "Swap Markers"
 
     def run(self, take):

@@ -14,7 +14,6 @@ from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
 class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
     """Lay the markers of the reference frame on the mesh, give each its point, and have soft handles follow them"""
 
-    bl_idname = "meanvalue.match_markers"
     bl_label = "Match Markers"
     doing = "Matching markers to"
     problems = (match_input.problem,)

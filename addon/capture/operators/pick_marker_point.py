@@ -12,7 +12,6 @@ from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
 class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator):
     """Click the point of the mesh where the active marker belongs. Match Markers keeps it"""
 
-    bl_idname = "meanvalue.pick_marker_point"
     bl_label = "Pick Marker Point"
     problems = (marker_pairs.list_problem,)
     switch = "remove"

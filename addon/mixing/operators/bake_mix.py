@@ -26,7 +26,6 @@ def _problem(obj):
 class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     """Make the in-between shape keys that the tolerance needs, driven by the sliders, to play without the add-on"""
 
-    bl_idname = "meanvalue.bake_mix"
     bl_label = "Bake Mix"
     switch = "remove"
     problems = (_problem,)

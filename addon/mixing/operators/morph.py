@@ -15,7 +15,6 @@ class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
     """Take the shape of the other selected mesh as a shape key with a slider that turns instead of shrinking. Both \
 need the same faces"""
 
-    bl_idname = "meanvalue.morph"
     bl_label = "Morph to Selected"
     switch = "part"
     problems = (shape_keys.absolute_problem,)

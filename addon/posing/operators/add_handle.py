@@ -24,7 +24,6 @@ def _problem(obj):
 class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
 
-    bl_idname = "meanvalue.add_handle"
     bl_label = "Add Handle"
     switch = "pin"
     needs_object_mode = False

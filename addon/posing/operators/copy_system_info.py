@@ -14,7 +14,6 @@ from ...widgets.base import Reporting
 class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):
     """Copy versions, counts and settings to the clipboard, for reports of bugs. No names, no paths"""
 
-    bl_idname = "meanvalue.copy_system_info"
     bl_label = "Copy System Info"
     bl_options = {'REGISTER'}
 

@@ -39,7 +39,6 @@ def _problem(obj):
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     """Have a bone drive the kept pose: off where the bone rests, fully on at the angle that it has now"""
 
-    bl_idname = "meanvalue.drive_by_bone"
     bl_label = "Drive by Bone"
     problems = (_problem,)
 

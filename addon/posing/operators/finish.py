@@ -43,7 +43,6 @@ def _is_own(obj, handle, taken):
 class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     """Remove handles, pins and what was made for them, and keep the pose, or take it back"""
 
-    bl_idname = "meanvalue.finish"
     bl_label = "Finish"
     problems = (_problem,)
 

@@ -35,7 +35,6 @@ MOST_SIZE = 3.0
 class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     """Press on the mesh and drag: what is under the mouse becomes a handle, and its surroundings follow"""
 
-    bl_idname = "meanvalue.grab"
     bl_label = "Grab"
     bl_options = {'REGISTER', 'UNDO'}
 

@@ -15,7 +15,6 @@ from ..bridge import control_places, controls, members, region
 class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
     """Select the handle's control; in Edit Mode, and for pins, its vertices"""
 
-    bl_idname = "meanvalue.select_handle"
     bl_label = "Select Handle"
     needs_object_mode = False
     problems = (controls.none_active,)
@@ -49,7 +48,6 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
 class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
     """Remove the active handle or pin, with the control and vertex group that were made for it"""
 
-    bl_idname = "meanvalue.remove_handle"
     bl_label = "Remove Handle"
     needs_object_mode = False
     problems = (controls.none_active,)
@@ -66,7 +64,6 @@ class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
 class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
     """Put every control back to where its handle is in the rest shape. Controls moved by keyframes stay animated"""
 
-    bl_idname = "meanvalue.reset_handles"
     bl_label = "Reset Handles"
     problems = (controls.none_to_move,)
 
@@ -85,7 +82,6 @@ class MEANVALUE_OT_reset_handles(MeshOperator, bpy.types.Operator):
 class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
     """Insert keyframes on place, turn and size of the controls, or on the keys they drive, at the current frame"""
 
-    bl_idname = "meanvalue.keyframe_handles"
     bl_label = "Keyframe Handles"
     needs_object_mode = False
     problems = (controls.none_to_move,)

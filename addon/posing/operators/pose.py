@@ -52,7 +52,6 @@ def _is_settled(obj):
 class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     """Hand the pose over to a new shape key, whose slider has it from here on. The handles pose on top of it"""
 
-    bl_idname = "meanvalue.keep_pose"
     bl_label = "Keep Pose"
     problems = (_unposed_problem,)
 
@@ -86,7 +85,6 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
 class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
     """Make the pose the new rest shape, to pose on from there. Other shape keys are carried along"""
 
-    bl_idname = "meanvalue.apply_pose"
     bl_label = "Apply as Rest"
     problems = (_unposed_problem,)
 

@@ -17,7 +17,6 @@ FIRST_DISTANCE = 0.2
 class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
     """Make the region by growing it over the surface from the active handle"""
 
-    bl_idname = "meanvalue.grow_region"
     bl_label = "Grow Region from Handle"
     problems = (controls.none_active,)
 
@@ -61,7 +60,6 @@ def _unpaintable(obj):
 class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
     """Paint the region: what has a weight may move. Press again when it is right"""
 
-    bl_idname = "meanvalue.paint_region"
     bl_label = "Paint Region"
     needs_object_mode = False
     problems = (_unpaintable,)

@@ -13,7 +13,6 @@ class MEANVALUE_OT_sample_rig_poses(BackgroundOperator, bpy.types.Operator):
     """Keep the poses of the animated rig that differ most as shape keys, in place of those sampled before, and pose \
 the mesh like them. They stay muted: the rig would bend an unmuted one twice"""
 
-    bl_idname = "meanvalue.sample_rig_poses"
     bl_label = "Sample Rig Poses"
     doing = "Sampling the rig of"
     problems = (rig_poses.problem,)

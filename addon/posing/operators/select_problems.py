@@ -21,7 +21,6 @@ ALL = 'ALL'
 class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     """Select vertices of the mesh that are unusual, in Edit Mode. None of it stops posing"""
 
-    bl_idname = "meanvalue.select_problems"
     bl_label = "Select Problem Vertices"
 
     kind: EnumProperty(

@@ -17,7 +17,6 @@ from ..bridge.posing import CONTROLS, Posing
 class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
     """Take the mesh as it was edited for the rest shape, and give handles without a control one of their own"""
 
-    bl_idname = "meanvalue.bind"
     bl_label = "Update"
     doing = "Updating"
     problems = (scene_input.unheld_problem,)
@@ -42,7 +41,6 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
 class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scripts rely on its name
     """Forget the binding and free its memory, for scripts. Handles, region and shape keys stay as they are"""
 
-    bl_idname = "meanvalue.unbind"
     bl_label = "Unbind"
     needs_object_mode = False
     problems = (lambda obj: None if obj.meanvalue.bound.is_bound else f"'{obj.name}' is not bound",)
@@ -73,7 +71,6 @@ class SolvingOperator(BackgroundOperator):
 class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
     """Pose the mesh once: handles go where their controls are, the rest follows"""
 
-    bl_idname = "meanvalue.solve"
     bl_label = "Solve"
     problems = (scene_input.unheld_problem, targets.problem)
 
@@ -90,7 +87,6 @@ def _without_keys(obj):
 class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     """Put handles and pins where a shape key has their vertices, and the rest of the mesh after them, once"""
 
-    bl_idname = "meanvalue.solve_from_key"
     bl_label = "Solve from Shape Key"
     problems = (scene_input.unheld_problem, _without_keys, shape_keys.result_problem)
 

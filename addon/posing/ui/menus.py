@@ -18,7 +18,6 @@ def draw_add(layout):
 class MEANVALUE_MT_handles(bpy.types.Menu):
     """Hold the mesh, move what is held, and say what may follow"""
 
-    bl_idname = "MEANVALUE_MT_handles"
     bl_label = "Handles"
 
     def draw(self, context):
@@ -35,7 +34,6 @@ class MEANVALUE_MT_handles(bpy.types.Menu):
 class MEANVALUE_MT_apply(bpy.types.Menu):
     """What becomes of the pose"""
 
-    bl_idname = "MEANVALUE_MT_apply"
     bl_label = "Apply"
 
     def draw(self, _context):
@@ -52,12 +50,11 @@ class MEANVALUE_MT_apply(bpy.types.Menu):
 class MEANVALUE_MT_pose(bpy.types.Menu):
     """Keep the pose, or use it; and what everyday posing does without"""
 
-    bl_idname = "MEANVALUE_MT_pose"
     bl_label = "Pose"
 
     def draw(self, _context):
         menus.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
-        self.layout.menu(MEANVALUE_MT_apply.bl_idname)
+        self.layout.menu(MEANVALUE_MT_apply.__name__)
         menus.draw_operators(self.layout, (None, "meanvalue.bind", "meanvalue.solve_from_key", None))
         menus.draw_operators(
             self.layout, ("meanvalue.sample_rig_poses", "meanvalue.select_problems", "meanvalue.copy_system_info")
@@ -67,20 +64,19 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
 class MEANVALUE_MT_object(bpy.types.Menu):
     """Pose the mesh by handles"""
 
-    bl_idname = "MEANVALUE_MT_object"
     bl_label = ids.SIDEBAR_TAB
 
     def draw(self, _context):
         for menu in (MEANVALUE_MT_handles, MEANVALUE_MT_pose, *ALL.menus):
-            self.layout.menu(menu.bl_idname)
+            self.layout.menu(menu.__name__)
 
 
 def meanvalue_draw_object_menu(self, context):
     if subject.object_problem(subject.of(context)) is None:
         self.layout.separator()
-        self.layout.menu(MEANVALUE_MT_object.bl_idname)
+        self.layout.menu(MEANVALUE_MT_object.__name__)
 
 
 def meanvalue_draw_edit_mesh_menu(self, _context):
     self.layout.separator()
-    self.layout.menu(MEANVALUE_MT_handles.bl_idname, text=ids.SIDEBAR_TAB)
+    self.layout.menu(MEANVALUE_MT_handles.__name__, text=ids.SIDEBAR_TAB)

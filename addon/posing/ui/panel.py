@@ -63,7 +63,6 @@ class MEANVALUE_UL_kept_poses(bpy.types.UIList):
 class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
     """Pose the mesh by handles: what holds it, and whether it follows"""
 
-    bl_idname = "MEANVALUE_PT_panel"
     bl_label = "Mean-Value"
 
     def draw(self, context):
@@ -152,7 +151,6 @@ class MEANVALUE_PT_region(PosingPart, bpy.types.Panel):
 class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
     """What everyday posing does without"""
 
-    bl_idname = "MEANVALUE_PT_advanced"
     bl_label = "Advanced"
     bl_order = 100
 
@@ -217,7 +215,7 @@ def _draw_handles(layout, obj):
 def _draw_pose(layout, obj):
     row = layout.row(align=True)
     row.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
-    row.menu(MEANVALUE_MT_apply.bl_idname, icon='CHECKMARK')
+    row.menu(MEANVALUE_MT_apply.__name__, icon='CHECKMARK')
     keys = obj.data.shape_keys
     if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
         name, column = MEANVALUE_UL_kept_poses.__name__, layout.column(align=True)

@@ -18,7 +18,6 @@ def _undriven_problem(obj):
 class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
     """Put what the sliders do not reach into one more shape key, Corrective, with which all handles are met"""
 
-    bl_idname = "meanvalue.add_corrective"
     bl_label = "Add Corrective"
     doing = "Finding the corrective of"
     problems = (_undriven_problem, key_shapes.problem, scene_input.unheld_problem, targets.problem)

@@ -13,7 +13,6 @@ from ..bridge import value_baking, value_curves
 class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
     """Find the values of the shape keys with which the face follows its handles or markers, and key them"""
 
-    bl_idname = "meanvalue.bake_values"
     bl_label = "Bake Shape Key Values"
     doing = "Baking values of"
     problems = (value_curves.problem, value_baking.problem)

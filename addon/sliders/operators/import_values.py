@@ -15,7 +15,6 @@ from ..core import key_names, value_files
 class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator):
     """Read values by name (CSV or JSON of a face recorder) onto shape keys of these names, from the current frame on"""
 
-    bl_idname = "meanvalue.import_values"
     bl_label = "Import Shape Key Values"
     bl_options = {'REGISTER', 'UNDO', 'PRESET'}
     needs_object_mode = False

@@ -12,7 +12,6 @@ from ..bridge import wrap_lines, wrap_scene
 class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
     """Click a point of the mesh, then the same point of the other one, and so on until Enter. Begin with the ends"""
 
-    bl_idname = "meanvalue.pick_wrap_pairs"
     bl_label = "Pick Pairs"
     bl_options = {'UNDO'}  # adjusted afterwards, it would pick anew
     switch = "clear"

@@ -15,7 +15,6 @@ LEFT_OVER = 0.005
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     """Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here"""
 
-    bl_idname = "meanvalue.wrap"
     bl_label = "Wrap Mesh"
     doing = "Wrapping"
     problems = (wrap_scene.target_problem, wrap_scene.pairs_problem)
