@@ -4,10 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#define MEANVALUE_INLINE inline __attribute__((always_inline))
-
-// Nothing here is ever called, so that it does not matter how its arguments would be passed.
-#pragma GCC diagnostic ignored "-Wpsabi"
+#include "meanvalue/linalg/simd_lanes.h"
 
 namespace meanvalue {
 namespace {
@@ -142,28 +139,13 @@ MEANVALUE_INLINE bool factor_strip(const FrontShape& shape, double* panel, doubl
 
 template <typename R>
 MEANVALUE_INLINE bool factor_top(const FrontShape& shape, double* panel, double* reciprocals) {
-    Index column = 0;
-    for (; column + kStrip <= shape.width; column += kStrip) {
-        if (!factor_strip<R, kStrip>(shape, panel, reciprocals, column)) return false;
+    for (Index column = 0; column < shape.width; column += kStrip) {
+        const auto factor = [&](auto columns) MEANVALUE_INLINE_LAMBDA {
+            return factor_strip<R, columns>(shape, panel, reciprocals, column);
+        };
+        if (!with_constant(std::min(kStrip, shape.width - column), factor)) return false;
     }
-    switch (shape.width - column) {
-        case 1:
-            return factor_strip<R, 1>(shape, panel, reciprocals, column);
-        case 2:
-            return factor_strip<R, 2>(shape, panel, reciprocals, column);
-        case 3:
-            return factor_strip<R, 3>(shape, panel, reciprocals, column);
-        default:
-            return true;
-    }
-}
-
-template <typename R, int kColumns>
-MEANVALUE_INLINE void solve_strip(const FrontShape& shape, const double* panel, const double* reciprocals,
-                                  Index column, double* block) {
-    const double* const top_rows = panel + (column / kBlockRows) * shape.block_size() + column % kBlockRows;
-    reduce_strip<R, kColumns, true>(top_rows, column, block, top_rows + std::int64_t{column} * kBlockRows,
-                                    reciprocals);
+    return true;
 }
 
 template <typename R>
@@ -171,21 +153,12 @@ MEANVALUE_INLINE void solve_below(const FrontShape& shape, double* panel, const 
                                   Index end) {
     for (Index k = begin; k < end; ++k) {
         double* const block = panel + (shape.top_blocks() + k) * shape.block_size();
-        Index column = 0;
-        for (; column + kStrip <= shape.width; column += kStrip)
-            solve_strip<R, kStrip>(shape, panel, reciprocals, column, block);
-        switch (shape.width - column) {
-            case 1:
-                solve_strip<R, 1>(shape, panel, reciprocals, column, block);
-                break;
-            case 2:
-                solve_strip<R, 2>(shape, panel, reciprocals, column, block);
-                break;
-            case 3:
-                solve_strip<R, 3>(shape, panel, reciprocals, column, block);
-                break;
-            default:
-                break;
+        for (Index column = 0; column < shape.width; column += kStrip) {
+            const double* const top_rows = panel + (column / kBlockRows) * shape.block_size() + column % kBlockRows;
+            const double* const corner = top_rows + std::int64_t{column} * kBlockRows;
+            with_constant(std::min(kStrip, shape.width - column), [&](auto columns) MEANVALUE_INLINE_LAMBDA {
+                reduce_strip<R, columns, true>(top_rows, column, block, corner, reciprocals);
+            });
         }
     }
 }

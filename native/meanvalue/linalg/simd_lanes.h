@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__x86_64__)
 #include <emmintrin.h>
@@ -12,11 +13,27 @@
 #include "meanvalue/common/types.h"
 
 #define MEANVALUE_INLINE inline __attribute__((always_inline))
+#define MEANVALUE_INLINE_LAMBDA __attribute__((always_inline))
 
 // Nothing here is ever called, so that it does not matter how its arguments would be passed.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace meanvalue {
+
+/// Calls action with `count`, 1 to 4, as a constant: for columns that are worked on four at a time, and what is left.
+template <typename Action>
+MEANVALUE_INLINE auto with_constant(Index count, const Action& action) {
+    switch (count) {
+        case 1:
+            return action(std::integral_constant<Index, 1>());
+        case 2:
+            return action(std::integral_constant<Index, 2>());
+        case 3:
+            return action(std::integral_constant<Index, 3>());
+        default:
+            return action(std::integral_constant<Index, 4>());
+    }
+}
 
 constexpr int kLaneCount = 4;
 using Lane = double __attribute__((vector_size(32), may_alias));

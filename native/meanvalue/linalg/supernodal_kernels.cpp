@@ -8,7 +8,7 @@
 #include <immintrin.h>
 #endif
 
-#define MEANVALUE_INLINE inline __attribute__((always_inline))
+#include "meanvalue/linalg/simd_lanes.h"
 
 namespace meanvalue {
 namespace {
@@ -163,21 +163,10 @@ MEANVALUE_INLINE void forward(const Supernode& node, const Lanes<Number>* values
     }
     for (Index c = 0; c < node.width; ++c)
         load_row(own + kStride * c, sides, c);
-    Index column = 0;
-    for (; column + kGroup <= node.width; column += kGroup)
-        values = forward_group<Number, kGroup>(sides, column, blocks, values);
-    switch (node.width - column) {
-        case 1:
-            forward_group<Number, 1>(sides, column, blocks, values);
-            break;
-        case 2:
-            forward_group<Number, 2>(sides, column, blocks, values);
-            break;
-        case 3:
-            forward_group<Number, 3>(sides, column, blocks, values);
-            break;
-        default:
-            break;
+    for (Index column = 0; column < node.width; column += kGroup) {
+        values = with_constant(std::min(kGroup, node.width - column), [&](auto columns) MEANVALUE_INLINE_LAMBDA {
+            return forward_group<Number, columns>(sides, column, blocks, values);
+        });
     }
     for (Index c = 0; c < node.width; ++c) {
         for (int k = 0; k < kSides; ++k)
@@ -202,28 +191,13 @@ MEANVALUE_INLINE void backward(const Supernode& node, const Lanes<Number>* value
         load_row(own + kStride * c, sides, c);
     for (Index r = node.width; r < node.row_count; ++r, ++below)
         load_row(work + std::int64_t{kStride} * *below, sides, r);
-    const Index last = node.width % kGroup;
-    const Lanes<Number>* end = values + lanes_of<Number>(node.width, node.row_count);
-    const auto begin_of_group = [&](Index column, Index columns) {
-        end -= kCornerLanes<Number> + std::int64_t{columns} * (blocks - first_block<Number>(column + columns));
-        return end;
-    };
-    Index column = node.width - last;
-    switch (last) {
-        case 1:
-            backward_group<Number, 1>(sides, column, blocks, begin_of_group(column, 1));
-            break;
-        case 2:
-            backward_group<Number, 2>(sides, column, blocks, begin_of_group(column, 2));
-            break;
-        case 3:
-            backward_group<Number, 3>(sides, column, blocks, begin_of_group(column, 3));
-            break;
-        default:
-            break;
+    const Lanes<Number>* group = values + lanes_of<Number>(node.width, node.row_count);
+    for (Index column = (node.width - 1) / kGroup * kGroup; column >= 0; column -= kGroup) {
+        with_constant(std::min(kGroup, node.width - column), [&](auto columns) MEANVALUE_INLINE_LAMBDA {
+            group -= kCornerLanes<Number> + std::int64_t{columns} * (blocks - first_block<Number>(column + columns));
+            backward_group<Number, columns>(sides, column, blocks, group);
+        });
     }
-    for (column -= kGroup; column >= 0; column -= kGroup)
-        backward_group<Number, kGroup>(sides, column, blocks, begin_of_group(column, kGroup));
     for (Index c = 0; c < node.width; ++c) {
         for (int k = 0; k < kSides; ++k)
             own[kStride * c + k] = sides.number[k][c];
