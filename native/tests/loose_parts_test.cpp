@@ -9,7 +9,6 @@
 #include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/deform/deformer.h"
 #include "meanvalue/mesh/components.h"
-#include "meanvalue/mesh/point_tree.h"
 #include "meanvalue/sequence/sequence.h"
 #include "tests/support.h"
 
@@ -359,40 +358,6 @@ TEST(LooseParts, CanBeCancelledWhileTheyAreFound) {
     const auto stages =
         cancelled_everywhere([&](Execution& execution) { Deformer(head.binding(LooseRule::kFollow), execution); });
     EXPECT_FALSE(stages.empty());
-}
-
-TEST(PointTree, FindsTheNearest) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> number(-1.0, 1.0);
-    Positions points(500, 3);
-    for (Index k = 0; k < points.size(); ++k)
-        points.data()[k] = k % 7 == 0 ? 0.25 : number(random);  // many on planes
-    std::vector<Index> rows;
-    for (Index k = 0; k < points.rows(); k += 2)
-        rows.push_back(k);
-    Execution execution;
-    const PointTree tree(points, rows, execution);
-    for (int trial = 0; trial < 500; ++trial) {
-        const Vector3 from(number(random), number(random), number(random));
-        double least = 1e9;
-        for (const Index row : rows)
-            least = std::min(least, (Vector3(points.row(row)) - from).squaredNorm());
-        EXPECT_EQ(tree.nearest(from).squared_distance, least);
-    }
-}
-
-TEST(PointTree, TellsWhetherAnyPointIsWithinADistance) {
-    const Mesh mesh = with_noise(sphere(3), 0.2, 5);
-    std::vector<Index> rows;
-    for (Index v = 0; v < mesh.vertex_count(); v += 3)
-        rows.push_back(v);
-    const PointTree tree(mesh.vertices, rows, Execution());
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        const Vector3 point = 1.1 * mesh.vertices.row(v).transpose();
-        const double least = tree.nearest(point).squared_distance;
-        EXPECT_TRUE(tree.has_within(point, least));
-        EXPECT_FALSE(tree.has_within(point, std::nextafter(least, 0.0)));
-    }
 }
 
 }  // namespace

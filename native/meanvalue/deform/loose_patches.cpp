@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <utility>
 
 #include "meanvalue/common/grouped.h"
-#include "meanvalue/mesh/point_tree.h"
+#include "meanvalue/mesh/triangle_tree.h"
 
 namespace meanvalue {
 namespace {
@@ -22,6 +23,8 @@ constexpr std::size_t kLeastPoints = 24;
 constexpr double kSoftDistance = 0.1;
 // Only so many of the largest loose parts may contain others.
 constexpr std::size_t kMostContainers = 256;
+
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 using Box = Eigen::AlignedBox3d;
 
@@ -38,6 +41,13 @@ std::vector<Index> some_of(const std::vector<Index>& vertices, std::size_t most)
     return result;
 }
 
+/// Each by itself, as a triangle of one point.
+Triangles as_points(const std::vector<Index>& vertices) {
+    return Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(vertices.data(),
+                                                                     static_cast<Eigen::Index>(vertices.size()))
+        .replicate<1, 3>();
+}
+
 class Finder {
   public:
     Finder(const PositionsView& rest, const TrianglesView& faces, const Components& components,
@@ -47,7 +57,7 @@ class Finder {
           execution_(execution),
           members_(components.parts.size()),
           boxes_(components.parts.size()),
-          fixed_(rest, list_members(), execution) {
+          fixed_(rest, as_points(list_members()), components.part_of, execution) {
         list_neighbours(faces);
     }
 
@@ -83,8 +93,12 @@ class Finder {
   private:
     struct Contacts {
         Index carrier = -1;
-        double least = std::numeric_limits<double>::infinity();  // squared distance of vertices
-        std::map<Index, double> weights;                         // of vertices of the carrier
+        double least = kAnywhere;         // squared distance of vertices
+        std::map<Index, double> weights;  // of vertices of the carrier
+    };
+    struct Nearest {
+        Index row = -1;
+        double squared_distance = kAnywhere;
     };
     struct FacePoint {
         std::array<Index, 3> corners;
@@ -119,19 +133,29 @@ class Finder {
         });
     }
 
+    /// The vertex of a tree that is nearest to v, if any is no farther than the root of `square`.
+    Nearest nearest_of(const TriangleTree& vertices, Index v, double square) const {
+        const Vector3 point = rest_.row(v).transpose();
+        // The root is rounded.
+        const TriangleTree::Place place = vertices.nearest({point}, std::nextafter(std::sqrt(square), kAnywhere));
+        const double found = place.triangle < 0 ? kAnywhere : (place.point - point).squaredNorm();
+        return found <= square && place.triangle >= 0 ? Nearest{vertices.triangles()(place.triangle, 0), found}
+                                                      : Nearest{};
+    }
+
     Contacts contacts_of(Index part) const {
         const std::vector<Index> sample = some_of(members_[part], kSample);
-        std::vector<PointTree::Nearest> nearest;
+        std::vector<Nearest> nearest;
         Contacts contacts;
         for (const Index v : sample) {
             execution_.check();
-            nearest.push_back(fixed_.nearest(rest_.row(v).transpose()));
+            nearest.push_back(nearest_of(fixed_, v, kAnywhere));
             if (nearest.back().squared_distance >= contacts.least) continue;
             contacts.least = nearest.back().squared_distance;
             contacts.carrier = components_.part_of[nearest.back().row];
         }
         std::vector<FacePoint> points;
-        double least = std::numeric_limits<double>::infinity();
+        double least = kAnywhere;
         for (std::size_t k = 0; k < sample.size(); ++k) {
             execution_.check();
             if (components_.part_of[nearest[k].row] != contacts.carrier) continue;
@@ -151,7 +175,7 @@ class Finder {
     }
 
     /// The point of the faces at a vertex that is nearest to `point`; beyond the edges of a face, about.
-    FacePoint point_near(const PointTree::Nearest& vertex, const Vector3& point) const {
+    FacePoint point_near(const Nearest& vertex, const Vector3& point) const {
         FacePoint best{{vertex.row, vertex.row, vertex.row}, Vector3::UnitX(), vertex.squared_distance};
         const auto around = neighbours_.of(vertex.row);
         for (const Index* next = around.begin(); next != around.end(); next += 2) {  // two neighbors from each face
@@ -183,9 +207,11 @@ class Finder {
             if (!Box(box.min() - margin, box.max() + margin).contains(boxes_[part])) continue;
             auto tree = trees_.find(*container);
             if (tree == trees_.end())
-                tree =
-                    trees_.try_emplace(*container, rest_, some_of(members_[*container], kSample), execution_).first;
-            const auto is_near = [&](Index v) { return tree->second.has_within(rest_.row(v).transpose(), least); };
+                tree = trees_
+                           .try_emplace(*container, rest_, as_points(some_of(members_[*container], kSample)),
+                                        components_.part_of, execution_)
+                           .first;
+            const auto is_near = [&](Index v) { return nearest_of(tree->second, v, least).row >= 0; };
             if (std::any_of(sample.begin(), sample.end(), is_near)) return *container;
         }
         return -1;
@@ -245,9 +271,9 @@ class Finder {
     const Execution& execution_;
     std::vector<std::vector<Index>> members_;  // of each part
     std::vector<Box> boxes_;
-    PointTree fixed_;
-    std::map<Index, PointTree> trees_;  // of containers that any part was inside the box of
-    Grouped<Index> neighbours_;         // of each vertex; those over inner edges are there twice
+    TriangleTree fixed_;                   // of vertices
+    std::map<Index, TriangleTree> trees_;  // of containers that any part was inside the box of
+    Grouped<Index> neighbours_;            // of each vertex; those over inner edges are there twice
 };
 
 }  // namespace
