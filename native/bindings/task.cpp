@@ -50,7 +50,7 @@ Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, 
     state_->execution = std::move(execution);
     running().add(state_->execution);
     try {
-        start_on_pool([state = state_, work = std::move(work)]() mutable {
+        start_thread([state = state_, work = std::move(work)]() mutable {
             Deliver deliver;
             std::exception_ptr failure;
             try {

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
-#include <memory>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -26,26 +25,11 @@ void relax() {
 #endif
 }
 
-/// Work for several threads, on its caller's stack.
+/// Work for several threads, on its caller's stack. Changed under the pool's mutex alone.
 struct Call {
     const std::function<void()>& work;  // of each thread
-    std::atomic<int> unfinished{0};
-    std::mutex mutex;
-    std::condition_variable done;
-
-    /// One member is done. Under the mutex, since the caller ends the call as soon as none is left.
-    void finish_one() {
-        const std::lock_guard<std::mutex> lock(mutex);
-        if (unfinished.fetch_sub(1, std::memory_order_release) == 1) done.notify_one();
-    }
-
-    /// Spins for a moment, then sleeps: members may take seconds longer than their caller.
-    void wait() {
-        for (int round = 0; round < kPatience && unfinished.load(std::memory_order_acquire) > 0; ++round)
-            relax();
-        std::unique_lock<std::mutex> lock(mutex);
-        done.wait(lock, [&] { return unfinished.load(std::memory_order_acquire) == 0; });
-    }
+    int wanted;                         // threads that may still come
+    std::atomic<int> helpers{0};        // that are at it
 };
 
 // Whether this thread is among those that ThreadPool::working_ counts: a call inside of a call adds none.
@@ -56,148 +40,78 @@ class ThreadPool {
     /// Calls `work` on this thread and on at most `most` others, idle ones or new ones. Returns when all are done.
     void run(int most, const std::function<void()>& work) {
         const bool is_outermost = !std::exchange(counts_as_working, true);
-        if (is_outermost) working_.fetch_add(1, std::memory_order_relaxed);
-        Call call{work};
-        const std::vector<Member*> sent = send(call, most);
+        Call call{work, most};
+        std::unique_lock<std::mutex> lock(mutex_);
+        working_ += is_outermost ? 1 : 0;
+        offer(call);
+        lock.unlock();
         work();
-        call_back(sent, call);
-        if (!sent.empty()) call.wait();
+        lock.lock();
+        calls_.erase(std::remove(calls_.begin(), calls_.end(), &call), calls_.end());
+        has_calls_.store(!calls_.empty(), std::memory_order_relaxed);
+        // Spins for a moment, then sleeps: helpers may take seconds longer than their caller.
+        lock.unlock();
+        for (int round = 0; round < kPatience && call.helpers.load(std::memory_order_relaxed) > 0; ++round)
+            relax();
+        lock.lock();
+        done_.wait(lock, [&] { return call.helpers.load(std::memory_order_relaxed) == 0; });
         if (!is_outermost) return;
         counts_as_working = false;
-        working_.fetch_sub(1, std::memory_order_relaxed);
-    }
-
-    void start(std::function<void()> work) {
-        auto member = std::make_unique<Member>();
-        member->detached = std::move(work);
-        try {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            if (idle_.empty()) {
-                start_thread(std::move(member));
-            } else {
-                Member* const known = idle_.back();
-                idle_.pop_back();
-                known->detached = std::move(member->detached);
-                known->wake_up(detached_work());
-            }
-        } catch (const std::exception& error) {
-            throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
-        }
+        --working_;
+        if (!calls_.empty()) awake_.notify_one();  // now there is room for one who helps another
     }
 
   private:
-    /// A thread of the pool, and what it is sent to.
-    struct Member {
-        std::mutex mutex;
-        std::condition_variable awake;
-        std::atomic<Call*> sent_to{nullptr};  // and not begun yet
-        std::function<void()> detached;       // where it is sent to detached_work()
-
-        void wake_up(Call& call) {
-            {
-                const std::lock_guard<std::mutex> lock(mutex);
-                sent_to.store(&call, std::memory_order_release);
-            }
-            awake.notify_one();
+    /// Lets threads come, under the mutex.
+    void offer(Call& call) {
+        cores_ = std::max(cores_, call.wanted + 1);
+        try {
+            calls_.push_back(&call);
+            int wanted = 0;
+            for (const Call* each : calls_)
+                wanted += each->wanted;
+            for (; idle_ < wanted && threads_ + 1 < cores_; ++idle_, ++threads_)
+                std::thread([this] { serve(); }).detach();  // it sleeps until the process ends
+        } catch (const std::exception&) {
+            // The system has no thread or no memory to spare: fewer do it.
         }
-
-        /// Waits to be sent.
-        Call& wait() {
-            Call* call = nullptr;
-            const auto is_sent = [&] {
-                return sent_to.load(std::memory_order_relaxed) != nullptr &&
-                       (call = sent_to.exchange(nullptr, std::memory_order_acquire)) != nullptr;
-            };
-            for (int round = 0; round < kPatience; ++round) {
-                if (is_sent()) return *call;
-                relax();
-            }
-            std::unique_lock<std::mutex> lock(mutex);
-            awake.wait(lock, is_sent);
-            return *call;
-        }
-    };
-
-    std::vector<Member*> send(Call& call, int most) {
-        std::vector<Member*> sent;
-        const std::lock_guard<std::mutex> lock(mutex_);
-        cores_ = std::max(cores_, most + 1);
-        // The caller counts already. Detached work counts only while it makes calls of its own.
-        const int count = std::clamp(cores_ - working_.load(std::memory_order_relaxed), 0, most);
-        while (static_cast<int>(sent.size()) < count) {
-            try {
-                sent.reserve(count);
-                if (idle_.empty()) idle_.push_back(start_thread(std::make_unique<Member>()));
-            } catch (const std::exception&) {
-                break;  // the system has no thread or no memory to spare: fewer do it
-            }
-            Member* const member = idle_.back();
-            idle_.pop_back();
-            working_.fetch_add(1, std::memory_order_relaxed);
-            call.unfinished.fetch_add(1, std::memory_order_relaxed);
-            sent.push_back(member);
-            member->wake_up(call);
-        }
-        return sent;
+        has_calls_.store(!calls_.empty(), std::memory_order_relaxed);
+        for (int k = std::min(idle_, call.wanted); k > 0; --k)
+            awake_.notify_one();
     }
 
-    /// Takes the call back from members that have not begun it: no work is left for them.
-    void call_back(const std::vector<Member*>& sent, Call& call) {
-        for (Member* const member : sent) {
-            Call* expected = &call;
-            if (!member->sent_to.compare_exchange_strong(expected, nullptr)) continue;
-            working_.fetch_sub(1, std::memory_order_relaxed);
-            call.finish_one();
-            const std::lock_guard<std::mutex> lock(mutex_);
-            idle_.push_back(member);
-        }
-    }
-
-    /// Under the mutex. A member with detached work begins with that.
-    Member* start_thread(std::unique_ptr<Member> member) {
-        idle_.reserve(threads_ + 1);  // so that a thread that is done always has a place
-        Member* const known = member.get();
-        if (known->detached) known->sent_to.store(&detached_work(), std::memory_order_relaxed);
-        // Detached: they sleep until the process ends, and neither they nor the pool are ever destroyed.
-        std::thread([this, known] { serve(*known); }).detach();
-        ++threads_;
-        return member.release();
-    }
-
-    void serve(Member& member) {
+    void serve() {
         prepare_thread();
+        counts_as_working = true;
         for (;;) {
-            Call& call = member.wait();
-            const bool is_detached = &call == &detached_work();
-            if (is_detached) {
-                member.detached();
-                member.detached = nullptr;
-            } else {
-                counts_as_working = true;
-                call.work();
-                counts_as_working = false;
-                working_.fetch_sub(1, std::memory_order_relaxed);
-            }
-            {
-                const std::lock_guard<std::mutex> lock(mutex_);
-                idle_.push_back(&member);
-            }
-            if (!is_detached) call.finish_one();
+            for (int round = 0; round < kPatience && !has_calls_.load(std::memory_order_relaxed); ++round)
+                relax();
+            std::unique_lock<std::mutex> lock(mutex_);
+            awake_.wait(lock, [&] { return !calls_.empty() && working_ < cores_; });
+            Call& call = *calls_.back();  // the innermost
+            if (--call.wanted == 0) calls_.pop_back();
+            has_calls_.store(!calls_.empty(), std::memory_order_relaxed);
+            --idle_;
+            ++working_;
+            ++call.helpers;
+            lock.unlock();
+            call.work();
+            lock.lock();
+            ++idle_;
+            --working_;
+            if (--call.helpers == 0) done_.notify_all();
         }
-    }
-
-    /// Stands for a member's own detached work: no call of a caller who waits.
-    static Call& detached_work() {
-        static const std::function<void()> none;
-        static Call call{none};
-        return call;
     }
 
     std::mutex mutex_;
-    std::vector<Member*> idle_;  // a stack: the memory of the last one is warm
-    std::size_t threads_ = 0;
+    std::condition_variable awake_;
+    std::condition_variable done_;
+    std::vector<Call*> calls_;  // that want more threads
+    std::atomic<bool> has_calls_{false};
+    int threads_ = 0;
+    int idle_ = 0;     // of these
+    int working_ = 0;  // callers, and the threads that help them
     int cores_ = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    std::atomic<int> working_{0};  // callers, and the threads that help them
 };
 
 }  // namespace
@@ -220,8 +134,15 @@ void prepare_thread() {
     static_cast<void>(std::uncaught_exceptions());
 }
 
-void start_on_pool(std::function<void()> work) {
-    of_this_process<ThreadPool>().start(std::move(work));
+void start_thread(std::function<void()> work) {
+    try {
+        std::thread([work = std::move(work)]() mutable {
+            prepare_thread();
+            work();
+        }).detach();
+    } catch (const std::exception& error) {
+        throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
+    }
 }
 
 }  // namespace meanvalue

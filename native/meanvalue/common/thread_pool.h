@@ -16,7 +16,7 @@ void run_on_pool(int workers, const std::function<void(int worker)>& work);
 
 /// Runs `work` on a thread of its own, whatever else runs, and waits for nothing. @pre work does not throw.
 /// @throws SolverFailure where the system has no thread to spare.
-void start_on_pool(std::function<void()> work);
+void start_thread(std::function<void()> work);
 
 /// Has what the C++ runtime and the pool keep for this thread made now. The loader makes it at its first use, which
 /// is where the first exception is thrown, and ends the process if it has no memory then. Threads of the pool begin
