@@ -7,8 +7,7 @@ from ..scene import subject
 from ..scene.baked import TO_CACHE
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import preparing
-from .operators.bake import MEANVALUE_OT_bake
-from .operators.unbake import MEANVALUE_OT_unbake
+from .operators import MEANVALUE_OT_bake, MEANVALUE_OT_unbake
 
 
 class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):

@@ -2,14 +2,13 @@
 """What baking adds to Blender, for registration.py."""
 
 from ..rooms import Room
-from ..widgets import menus
-from . import panel, properties
-from .operators import bake, unbake
+from ..widgets import panels
+from . import operators, panel, properties
 
 ROOM = Room(
     page="baking",
-    modules=(properties, bake, unbake, panel),
+    modules=(properties, operators, panel),
     settings=properties.SETTINGS,
-    menus=[menus.of_room("MEANVALUE_MT_bake", "Bake", "Keep the animation of handles or sliders", bake, unbake)],
+    menus=[panels.of_room("MEANVALUE_MT_bake", "Bake", "Keep the animation of handles or sliders", operators)],
     tops=[panel.draw_top],
 )

@@ -15,7 +15,7 @@ from bpy.props import (
 
 from ..posing.handle_properties import IDENTITY
 from ..scene.declarations import aside
-from .bridge import marker_landmarks, marker_pairs, takes
+from .bridge import marker_pairs, match_input, takes
 
 
 def _is_take(_capture, collection):
@@ -23,7 +23,7 @@ def _is_take(_capture, collection):
 
 
 def _landmarks(_pair, _context, text):
-    return [name for name in marker_landmarks.candidates() if text.lower() in name]
+    return [name for name in match_input.candidates() if text.lower() in name]
 
 
 class MEANVALUE_PG_marker_problem(bpy.types.PropertyGroup):

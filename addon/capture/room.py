@@ -4,7 +4,7 @@
 import bpy
 
 from ..rooms import Room
-from ..widgets import menus
+from ..widgets import panels
 from . import panel, properties
 from .bridge import marker_pairs, pair_lines
 from .operators import import_motion, marker_problems, match_markers, pick_marker_point
@@ -21,7 +21,7 @@ ROOM = Room(
     modules=(properties, *OPERATORS, panel),
     settings=properties.SETTINGS,
     of_collections=properties.MEANVALUE_PG_take,
-    menus=[menus.of_room("MEANVALUE_MT_capture", "Motion Capture", "Move the mesh by recorded markers", *OPERATORS)],
+    menus=[panels.of_room("MEANVALUE_MT_capture", "Motion Capture", "Move the mesh by recorded markers", *OPERATORS)],
     blender_menus=[(bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu)],
     finders=[marker_pairs.mesh_of_marker],
     painters=[pair_lines.paint],

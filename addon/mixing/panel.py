@@ -8,8 +8,7 @@ from ..live import engine
 from ..scene import mirrors, subject
 from ..widgets.panels import column_of_settings, draw_wrapped
 from .bridge import mixed_keys
-from .operators.bake_mix import MEANVALUE_OT_bake_mix
-from .operators.morph import MEANVALUE_OT_morph
+from .operators import MEANVALUE_OT_bake_mix, MEANVALUE_OT_morph
 
 
 class MEANVALUE_PT_mix(bpy.types.Panel):

@@ -4,11 +4,10 @@
 import bpy
 
 from ..rooms import Room
-from ..widgets import menus
-from . import panel, properties
+from ..widgets import panels
+from . import operators, panel, properties
 from .bridge import baked_mixes, mixed_keys
 from .bridge.mix_follower import MixFollower
-from .operators import bake_mix, morph
 
 
 def _carry_over():
@@ -19,9 +18,9 @@ def _carry_over():
 
 ROOM = Room(
     page="shape_keys",
-    modules=(properties, morph, bake_mix, panel),
+    modules=(properties, operators, panel),
     settings=properties.SETTINGS,
-    menus=[menus.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", morph, bake_mix)],
+    menus=[panels.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", operators)],
     followers=[MixFollower],
     bakeables=[baked_mixes],
     made_of_rest=[mixed_keys.made_of_rest],

@@ -18,7 +18,7 @@ from ..errors import SceneError
 from ..live import engine
 from ..scene import vertex_groups
 from ..scene.declarations import aside, tell
-from .bridge import controls, moved_meshes
+from .bridge import controls
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -35,7 +35,7 @@ def _choose_name(handle, context):
 
 def choose_control(handle):
     """A newly chosen control takes the handle over where it is: the pose stays, and Remove leaves the control alone."""
-    moved_meshes.forget()
+    controls.forget_moved_meshes()
     if (handle.attached, handle.attached_bone) == (handle.control, handle.bone):  # whose place at rest is known
         return
     handle.made_control = False

@@ -20,7 +20,7 @@ from .live import follower
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
-    """What the mesh was bound as, see posing/bridge/bound_record.py: a count for messages, and digests"""
+    """What the mesh was bound as, see posing/bridge/posing.py: a count for messages, and digests"""
 
     is_bound: BoolProperty()
     vertex_count: IntProperty()

@@ -6,7 +6,7 @@ import bpy
 from ..rooms import Room
 from ..scene import subject
 from . import handle_properties, old_files, properties
-from .bridge import controls, moved_meshes, orphans, overlay_data
+from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
 from .operators import (
     add_handle,
@@ -45,7 +45,7 @@ def _carry_over():
 
 
 def _remove_orphans():
-    moved_meshes.forget()
+    controls.forget_moved_meshes()
     if orphans.found() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
 
@@ -58,7 +58,7 @@ def _remove_deleted():
 
 
 def _forget():
-    moved_meshes.forget()
+    controls.forget_moved_meshes()
     hover.forget()
     overlay_data.clear()
     orphans.note()
@@ -80,7 +80,7 @@ ROOM = Room(
     settings={**properties.SETTINGS, **old_files.SETTINGS},
     register=_register,
     unregister=_unregister,
-    finders=[moved_meshes.mesh_moved_by],
+    finders=[controls.mesh_moved_by],
     painters=[overlay.paint],
     followers=[Follower],
     blender_menus=[

@@ -2,8 +2,8 @@
 """Reads shape keys and what masks them."""
 
 from . import shape_keys, vertex_groups
-from .core.finite import require_finite
 from .core.key_shapes import Slider
+from .core.point_sets import require_finite
 
 
 def slider_of(obj, key):

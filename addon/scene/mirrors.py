@@ -9,7 +9,7 @@ import numpy as np
 from .. import wording
 from ..errors import SceneError
 from . import kept, rig_space
-from .core import fixed_points, mirror_planes, twins
+from .core import mirror_planes, point_sets
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
@@ -79,7 +79,7 @@ def doubling(obj, rest, corners, starts, shapes=()):
 def _seams(obj, rest, corners, starts, shapes=()):
     """([row of each plane of Mirror modifiers], [n int32: itself for vertices in the plane in all shapes, else -1])."""
     planes, joined = [], []
-    in_plane = IN_PLANE * fixed_points.bounding_box_diagonal(rest)
+    in_plane = IN_PLANE * point_sets.bounding_box_diagonal(rest)
     for plane in _read(obj)[0]:
         far = max(plane.reach, in_plane)
         apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
@@ -95,7 +95,7 @@ def partners(obj, rest):
     if obj.meanvalue.symmetric == 'NONE':
         return None
     row = _symmetric_row(obj)
-    return kept.of(obj.data, "twins", lambda: twins.find(rest, *kept.faces(obj.data), row), rest, row)
+    return kept.of(obj.data, "twins", lambda: mirror_planes.partners(rest, *kept.faces(obj.data), row), rest, row)
 
 
 def _read(obj):

@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pose becomes the rest shape."""
+"""The pose becomes the rest shape. Hair curves attached to the mesh go along: their points belong to its rest shape, as
+Deform Curves on Surface has it."""
+
+import bpy
+import numpy as np
 
 from .. import compat, wording
 from ..rooms import ALL
-from . import pose_key, shape_keys, surface_hair
+from . import mesh_arrays, pose_key, shape_keys, subject
+from .core import motion
+from .core.rigid import unit
+from .surface import Surface
 
 
 def become(obj):
@@ -15,7 +22,7 @@ def become(obj):
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)
-    surface_hair.follow(obj, shape - offset, shape)
+    follow(obj, shape - offset, shape)
     apart = {reference, shape_keys.result(obj), *pose_key.replacing(obj)}
     carried = []
     for key in mesh.shape_keys.key_blocks:
@@ -46,3 +53,41 @@ def _adds_to(key, reference, apart):
         passed.add(key.name)
         key = key.relative_key
     return key == reference and bool(passed)
+
+
+def follow(obj, rest, posed):
+    """Moves the hair of a mesh whose rest shape, n x 3, becomes another, as its triangles at the roots are moved.
+    @throws SceneError."""
+    hairs = {hair.data: hair for hair in bpy.data.objects if hair.type == 'CURVES' and hair.data.surface == obj}
+    hairs = [hair for hair in hairs.values() if hair.data.library is None and len(hair.data.curves)]
+    triangles = mesh_arrays.triangles(obj.data, rest) if hairs else ()
+    if not len(triangles):
+        return
+    surfaces = Surface(rest, triangles), Surface(posed, triangles)
+    for hair in hairs:
+        to_surface = np.linalg.inv(subject.to_world(obj)) @ subject.to_world(hair)
+        points = motion.apply(to_surface, mesh_arrays.coordinates(hair.data.position_data, "vector"))
+        starts = np.empty(len(hair.data.curve_offset_data), np.int32)
+        hair.data.curve_offset_data.foreach_get("value", starts)
+        triangle, shares, places, away = surfaces[0].nearest(points[starts[:-1]])
+        if away.mean() > surfaces[1].nearest(points[starts[:-1]])[3].mean():
+            continue  # it was made on the pose
+        before, after = (_frames(obj.data, surface, triangle, shares) for surface in surfaces)
+        moved = np.einsum("kc,kcj->kj", shares, surfaces[1].vertices[surfaces[1].triangles[triangle]])
+        curve = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+        turned = np.einsum("kij,klj,kl->ki", after[curve], before[curve], points - places[curve])
+        shape = motion.apply(np.linalg.inv(to_surface), turned + moved[curve]).astype(np.float32)
+        hair.data.position_data.foreach_set("vector", shape.ravel())
+        hair.data.update_tag()
+
+
+def _frames(mesh, surface, triangle, shares):
+    """(k, 3, 3): the axes, in columns, at places on a surface, as the node has them where the mesh is smooth."""
+    corners, copy = surface.triangles[triangle], mesh.copy()
+    store, attribute = compat.position_store(copy)
+    store.foreach_set(attribute, surface.vertices.astype(np.float32).ravel())
+    copy.update()
+    normals = unit(np.einsum("kc,kcj->kj", shares, mesh_arrays.coordinates(copy.vertex_normals, "vector")[corners]))
+    bpy.data.meshes.remove(copy)
+    across = unit(np.cross(normals, surface.vertices[corners[:, 1]] - surface.vertices[corners[:, 0]]))
+    return np.stack([across, np.cross(normals, across), normals], axis=2)

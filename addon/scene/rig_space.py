@@ -21,7 +21,7 @@ from ..errors import SceneError
 from ..rooms import ALL
 from . import mesh_arrays, pose_key, shape_keys, views
 from .baked import names_in
-from .core.fixed_points import bounding_box_diagonal
+from .core.point_sets import bounding_box_diagonal
 from .core.seen_space import SeenSpace
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.

@@ -9,8 +9,7 @@ from ..errors import SceneError
 from ..rooms import ALL
 from . import key_marks, mesh_arrays, pose_key
 from .baked import names_in
-from .core.finite import require_finite
-from .core.fixed_points import bounding_box_diagonal
+from .core.point_sets import bounding_box_diagonal, require_finite
 from .key_marks import Role
 from .pose_key import result, sharing
 

@@ -8,9 +8,7 @@ from ..scene import rig_space, subject
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import driven_keys, key_shapes
 from .bridge.head_motion import ON_BONE
-from .operators.add_corrective import MEANVALUE_OT_add_corrective
-from .operators.bake_values import MEANVALUE_OT_bake_values
-from .operators.import_values import MEANVALUE_OT_import_values
+from .operators import MEANVALUE_OT_add_corrective, MEANVALUE_OT_bake_values, MEANVALUE_OT_import_values
 
 
 class MEANVALUE_PT_sliders(PanelPart, bpy.types.Panel):

@@ -4,24 +4,22 @@
 import bpy
 
 from ..rooms import Room
-from ..widgets import menus
-from . import panel, properties
+from ..widgets import panels
+from . import operators, panel, properties
 from .bridge import driven_keys
 from .bridge.key_follower import KeyFollower
-from .operators import add_corrective, bake_values, import_values
 
 
 def meanvalue_draw_import_menu(self, _context):
-    self.layout.operator(import_values.MEANVALUE_OT_import_values.bl_idname, text="Shape Key Values (.csv/.json)")
+    self.layout.operator(operators.MEANVALUE_OT_import_values.bl_idname, text="Shape Key Values (.csv/.json)")
 
 
-OPERATORS = add_corrective, import_values, bake_values
 ABOUT = "Values of the shape keys that the mesh has"
 ROOM = Room(
     page="shape_key_values",
-    modules=(properties, *OPERATORS, panel),
+    modules=(properties, operators, panel),
     settings=properties.SETTINGS,
-    menus=[menus.of_room("MEANVALUE_MT_sliders", "Shape Key Values", ABOUT, *OPERATORS)],
+    menus=[panels.of_room("MEANVALUE_MT_sliders", "Shape Key Values", ABOUT, operators)],
     blender_menus=[(bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu)],
     followers=[KeyFollower],
     shown_keys=[driven_keys],

@@ -5,8 +5,7 @@ import bpy
 
 from ..scene import subject
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button
-from .operators.pick_wrap_pairs import MEANVALUE_OT_pick_wrap_pairs
-from .operators.wrap import MEANVALUE_OT_wrap
+from .operators import MEANVALUE_OT_pick_wrap_pairs, MEANVALUE_OT_wrap
 
 
 class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):

@@ -9,7 +9,7 @@ import pytest
 from addon.errors import SceneError
 from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, anchor_layout
-from addon.scene.core.finite import require_finite
+from addon.scene.core.point_sets import require_finite
 from addon.solver.core import fingerprint, result
 from addon.solver.core.deformer_cache import DeformerCache
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.baking.core import bake_times, key_reduction
+from addon.baking.core import bake_times
 from addon.errors import SceneError
 from addon.solver.job import result_of
 
@@ -22,9 +22,9 @@ def test_straight_motion_needs_two_keys_and_each_corner_one():
     path = np.interp(times, [0, 10, 30], [0.0, 5.0, -5.0])
     rows = np.zeros((31, 4, 3), np.float32)
     rows[:, 2, 1] = path
-    assert result_of(key_reduction.reduced(rows, times, 1e-4)) == [0, 10, 30]
-    assert result_of(key_reduction.reduced(rows[:11], times, 1e-4)) == [0, 10]
-    assert result_of(key_reduction.reduced(rows[:1], times, 1e-4)) == [0]
+    assert result_of(bake_times.reduced(rows, times, 1e-4)) == [0, 10, 30]
+    assert result_of(bake_times.reduced(rows[:11], times, 1e-4)) == [0, 10]
+    assert result_of(bake_times.reduced(rows[:1], times, 1e-4)) == [0]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.001, 0.05, 1.0])
@@ -32,7 +32,7 @@ def test_every_row_is_within_the_tolerance(tolerance):
     times = np.sort(np.random.default_rng(2).uniform(0, 40, 60))
     phase = np.linspace(0, 6, 5)[None, :, None]
     rows = np.sin(0.3 * times[:, None, None] + phase * [1, 2, 3]).astype(np.float32)
-    kept = result_of(key_reduction.reduced(rows, times, tolerance))
+    kept = result_of(bake_times.reduced(rows, times, tolerance))
     assert kept[0] == 0
     assert kept[-1] == 59
     assert kept == sorted(set(kept))

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from addon.mixing.core import in_betweens, polynomials
+from addon.mixing.core import in_betweens
 from addon.mixing.core.mix_input import MixInput
 from addon.scene.core.key_shapes import Slider
 from addon.solver.job import result_of
@@ -76,10 +76,10 @@ def search(mix, correction, tolerance, most):
         return correction(values)
 
     found = result_of(in_betweens.found(solve, ranges, tolerance, most, mix.common))
-    knots = [polynomials.places(*each) for each in ranges]
+    knots = [in_betweens.places(*each) for each in ranges]
 
     def total(values):
-        weights = (polynomials.weight(knots, each.orders, values[None])[0] for each in found.shapes)
+        weights = (in_betweens.weight(knots, each.orders, values[None])[0] for each in found.shapes)
         return sum(weight * each.offset for weight, each in zip(weights, found.shapes, strict=True))
 
     return found, total

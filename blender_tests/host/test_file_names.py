@@ -7,7 +7,7 @@ import pytest
 
 from addon.errors import CacheError
 from addon.scene.core import whole_files
-from addon.scene.core.file_names import file_name
+from addon.scene.core.whole_files import file_name
 
 
 @pytest.mark.parametrize(

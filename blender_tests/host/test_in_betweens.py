@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from addon.mixing.core import grafting, in_betweens, polynomials
+from addon.mixing.core import grafting, in_betweens
 from addon.mixing.core.mix_input import MixInput
 from addon.scene.core.key_shapes import Slider
 from addon.solver.job import result_of
@@ -43,10 +43,10 @@ def search(correction, ranges, tolerance, most=200, common=lambda _sliders: 1.0)
 
 def total(found, ranges, settings):
     """What the shapes that were found say, (s, n, 3)."""
-    knots = [polynomials.places(*each) for each in ranges]
+    knots = [in_betweens.places(*each) for each in ranges]
     result = np.zeros((len(settings), *ARM.shape))
     for each in found.shapes:
-        result += polynomials.weight(knots, each.orders, settings)[:, None, None] * each.offset
+        result += in_betweens.weight(knots, each.orders, settings)[:, None, None] * each.offset
     return result
 
 
@@ -57,11 +57,11 @@ def farthest(correction, found, ranges):
 
 @pytest.mark.parametrize("low, high", [(0.0, 0.0005), (0.0, 1.0), (-1.0, 1.0), (-0.5, 2.0), (0.0, 0.5), (-1.0, 0.0)])
 def test_each_polynomial_is_one_at_its_own_place_and_nothing_before(low, high):
-    knots = polynomials.places(low, high)
-    assert knots[0] == 0.0 and len(set(knots)) == polynomials.MOST
+    knots = in_betweens.places(low, high)
+    assert knots[0] == 0.0 and len(set(knots)) == in_betweens.MOST
     assert knots.min() == low and knots.max() == high
-    for number in range(1, polynomials.MOST):
-        values = polynomials.weight([knots], ((0, number),), knots[: number + 1, None])
+    for number in range(1, in_betweens.MOST):
+        values = in_betweens.weight([knots], ((0, number),), knots[: number + 1, None])
         np.testing.assert_allclose(values, [0.0] * number + [1.0], atol=1e-9)
 
 
@@ -97,20 +97,20 @@ def test_what_cannot_be_met_is_not_made_worse(most):
 
 
 def test_expressions_say_what_the_polynomials_are():
-    knots = [polynomials.places(0.0, 1.0), polynomials.places(-1.0, 1.0), polynomials.places(-0.5, 2.0)]
+    knots = [in_betweens.places(0.0, 1.0), in_betweens.places(-1.0, 1.0), in_betweens.places(-0.5, 2.0)]
     for orders in [((0, 1),), ((0, 4),), ((0, 2), (2, 3)), ((0, 3), (1, 2), (2, 5)), ((1, 11), (2, 11))]:
-        text, sliders = polynomials.expression(knots, orders)
+        text, sliders = in_betweens.expression(knots, orders)
         assert [number for number, _ in orders] == sliders
         settings = np.random.default_rng(3).uniform(-0.5, 1.0, (20, 3))
-        for values, expected in zip(settings, polynomials.weight(knots, orders, settings), strict=True):
-            names = dict(zip(polynomials.VARIABLES, values[sliders], strict=False))
+        for values, expected in zip(settings, in_betweens.weight(knots, orders, settings), strict=True):
+            names = dict(zip(in_betweens.VARIABLES, values[sliders], strict=False))
             assert eval(text, {}, names) == pytest.approx(expected, rel=1e-5, abs=1e-5)
 
 
 def test_blender_takes_the_longest_expressions():
     for low, high in ((-0.9137, 0.8791), (-0.00091, 0.00087)):
         for orders in (((0, 4), (1, 5), (2, 5)), ((0, 11), (1, 2), (2, 1)), ((0, 3), (1, 11))):
-            assert len(polynomials.expression([polynomials.places(low, high)] * 3, orders)[0]) <= 255
+            assert len(in_betweens.expression([in_betweens.places(low, high)] * 3, orders)[0]) <= 255
 
 
 def mix(mask=None):

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 
-from addon.scene.core import fixed_points, motion
+from addon.scene.core import motion, point_sets
 from native.benchmarks.rigid import rotation_about
 
 
@@ -24,7 +24,7 @@ LINE = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.9, 0.0, 0
 @pytest.mark.parametrize("points, spans", [(TRIANGLE, True), (LINE, False), (LINE[:2], False), (LINE[:0], False)])
 def test_plane_or_line_wherever_and_however_large(scale, points, spans):
     for order in itertools.permutations(range(len(points))):
-        assert fixed_points.span_a_plane(similarity(points[list(order)], scale, 2.0 * scale)) == spans
+        assert point_sets.span_a_plane(similarity(points[list(order)], scale, 2.0 * scale)) == spans
 
 
 def a_move():

@@ -9,7 +9,7 @@ from support.handles import update
 
 @pytest.fixture
 def problem(part):
-    return part("posing.bridge.bound_record").problem
+    return part("posing.bridge.posing").problem
 
 
 def test_what_is_done_to_handles_and_mesh_is_shown(problem, part):

@@ -43,7 +43,7 @@ PROGRESS_SECONDS = 0.5
 
 #: Modules of the add-on, each under the last part of its name; and those that only plan needs.
 PARTS = (
-    "errors", "posing.core.bind_input", "scene.core.file_names", "scene.core.whole_files",
+    "errors", "posing.core.bind_input", "scene.core.whole_files",
     "solver.job", "solver.native_loader", "solver.session", "baking.bridge.clips",
     "baking.core.bake_times", "baking.core.point_cache",
 )  # fmt: skip
@@ -132,7 +132,7 @@ def clip_of(text, frames, objects):
     runs = runs_of(parse(own_frames))
     if len(runs) != 1:
         raise addon.errors.SceneError(f"A clip has no gaps, but {own_frames} has. Give each part a name of its own")
-    return addon.file_names.file_name(re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip"), obj, runs[0]
+    return addon.whole_files.file_name(re.sub(r"[^\w.-]", "_", name).lstrip(".-") or "clip"), obj, runs[0]
 
 
 def plan_of(scene, obj, numbers, portable):

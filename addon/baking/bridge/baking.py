@@ -10,7 +10,7 @@ from ...errors import CancelledError
 from ...scene import baked, frames
 from ...scene.baked import TO_KEYS
 from ...wording import counted
-from ..core import key_reduction, point_cache
+from ..core import bake_times, point_cache
 from . import handle_source, preparing
 from .clips import BakePlan, RowClip
 
@@ -104,5 +104,5 @@ class Baking:
         self.kept = list(range(len(rows)))
         tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
         if tolerance > 0.0:
-            self.kept = yield from key_reduction.reduced(rows, self.times, tolerance)
+            self.kept = yield from bake_times.reduced(rows, self.times, tolerance)
         self.shapes = [np.array(rows[row]) for row in self.kept]

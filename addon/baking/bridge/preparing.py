@@ -12,7 +12,7 @@ from ...ids import CACHE_FOLDER
 from ...scene import baked, frames
 from ...scene.baked import TO_KEYS
 from ...scene.core import whole_files
-from ...scene.core.file_names import file_name
+from ...scene.core.whole_files import file_name
 from ..core import bake_times, point_cache
 from . import handle_source, playing
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core import fixed_points, motion
+from ...scene.core import motion, point_sets
 from ...solver.job import result_of
 from ..core import alignment, cuffs, filtering, gaps, matching, on_body, retargeting, soles
 from ..core.body import Body
@@ -115,8 +115,8 @@ def steps(given):
         frames=given.recording.frames,
         frame=frame,
         alignment=to_object @ to_mesh,
-        size=fixed_points.bounding_box_diagonal(given.own),
-        world_size=fixed_points.bounding_box_diagonal(surface.vertices),
+        size=point_sets.bounding_box_diagonal(given.own),
+        world_size=point_sets.bounding_box_diagonal(surface.vertices),
         ramp=round(RAMP_SECONDS * given.recording.rate_hz),
         cuffs=found,
         told=[given.recognition, *told_of_cuffs],
@@ -193,7 +193,7 @@ def _alignment(given, markers, body):
         return found.matrix, [*match_notes.of_limbs(markers, found.scale), *match_notes.of_alignment(found)]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     picked = markers.reference[rows], given.surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
-    if len(rows) < LEAST_PAIRS or not all(map(fixed_points.span_a_plane, picked)):
+    if len(rows) < LEAST_PAIRS or not all(map(point_sets.span_a_plane, picked)):
         raise SceneError(
             f"Picked Pairs needs the points of at least {LEAST_PAIRS} markers that are not in one line, and "
             f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "

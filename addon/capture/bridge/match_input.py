@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All that matching markers with a mesh needs to know of Blender, read at once, as arrays and plain values."""
+"""All that matching markers with a mesh needs to know of Blender, read at once, as arrays and plain values.
+The places on the body are those that names of markers, and the artist, tell."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -11,8 +12,8 @@ from ...errors import SceneError
 from ...scene import actions, mesh_arrays, shape_keys, subject
 from ...scene.core import motion
 from ...scene.surface import Surface
-from ..core import landmarks
-from . import marker_landmarks, marker_pairs, takes
+from ..core import landmarks, marker_sets
+from . import marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.
 OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "keep_floor", "floor_height", "mode",
@@ -96,7 +97,7 @@ def _read(obj, fixed, picked, to_object):
     standing = recording if other is None or other == capture.take else takes.read(other)
     used = [label for label in recording.labels if label not in capture.pairs or capture.pairs[label].is_used]
     is_skeleton = capture.take.meanvalue.is_skeleton
-    known, others, recognition = marker_landmarks.recognised(capture, used, is_skeleton)
+    known, others, recognition = recognised(capture, used, is_skeleton)
     options = SimpleNamespace(**{name: getattr(capture, name) for name in OPTIONS})
     options.cutoff_hz, options.is_of_body = capture.cutoff_hz if capture.use_low_pass else None, True
     to_world = subject.to_world(obj)
@@ -117,3 +118,30 @@ def _read(obj, fixed, picked, to_object):
         to_object=to_object,
         options=options,
     )
+
+
+def recognised(capture, labels, is_skeleton):
+    """({label: landmark or None}, the labels of other subjects than the person, words on what the names tell). What
+    the artist chose in the list comes before what the name tells. @throws SceneError if that is no landmark."""
+    recognition = marker_sets.recognise(labels, is_skeleton)
+    own = [capture.pairs[label].landmark if label in capture.pairs else "" for label in labels]
+    unknown = sorted({landmark for landmark in own if landmark and landmarks.place_of(landmark) is None})
+    if unknown:
+        raise SceneError(
+            f"{wording.quoted(unknown)} {'is no landmark' if len(unknown) == 1 else 'are no landmarks'}. Choose from "
+            "the list that opens in the field, or clear it"
+        )
+    places = tuple(mine or by_name for mine, by_name in zip(own, recognition.landmarks, strict=True))
+    chosen = sum(map(bool, own))
+    by_hand = f", {wording.counted(chosen, 'landmark')} chosen by hand" if chosen else ""
+    others = frozenset(labels[number] for number in recognition.others if not places[number])
+    words = f"{sum(map(bool, recognition.landmarks))} of {len(labels)} names are known{by_hand}"
+    return dict(zip(labels, places, strict=True)), others, words
+
+
+def candidates():
+    """Names of all landmarks, with sides where a body has two."""
+    for name, place in landmarks.PLACES.items():
+        is_limb = any("*" in segment for segment in place.segments)
+        yield from ([] if is_limb else [name])
+        yield from (f"{name}.L", f"{name}.R")

@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...scene import shown_shape
-from ...widgets.lines import NOTHING, Lines, draw
+from ...widgets.overlay import NOTHING, Lines, draw_lines
 from . import marker_pairs
 
 #: Near, middling, far: told apart by most eyes (Okabe and Ito 2008).
@@ -34,4 +34,4 @@ def lines(obj):
 
 def paint(context, obj):
     if len(obj.meanvalue.capture.pairs):
-        draw(context, obj, lines(obj))
+        draw_lines(context, obj, lines(obj))

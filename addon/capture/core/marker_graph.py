@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core.connected import parts
+from ...scene.core.point_sets import parts
 from ...scene.core.rigid import fit_rotations, nearest_rotations
 from . import landmarks as places
 from .gaps import distance_variation

@@ -7,7 +7,7 @@ near its skin.
 
 import numpy as np
 
-from ...scene.core.connected import parts
+from ...scene.core.point_sets import parts
 from .landmarks import unknown_limbs
 
 #: Two markers are on one body if their distance hardly changes and is never long, over the height of all; where names

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own."""
+"""The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own.
+And those that stand for a mix, each driven by the sliders that it is a correction of."""
 
 import numpy as np
 
 from ... import ids, wording
 from ...errors import require_none
-from ...scene import key_marks, key_reading, mesh_arrays, mirrors, object_model, seams, shape_keys
+from ...scene import actions, key_marks, key_reading, mesh_arrays, mirrors, object_model, seams, shape_keys
 from ...scene.baked import names_in
 from ...scene.core import welding
 from ...scene.key_marks import Role
+from ..core import in_betweens
 from ..core.mix_input import MixInput
 
 
@@ -128,3 +130,33 @@ def _signature(obj):
 READING = object_model.Kind(
     _signature, gather, key_reading.shapes, lambda obj: key_marks.only(obj.data.shape_keys, Role.MIX)
 )
+
+
+#: A polynomial may go below 0 and above 1 between the places of its sliders.
+FARTHEST = 10.0
+
+
+def make_in_betweens(obj, mix_input, found):
+    """Keys with their drivers for a Found, in place of what stood for a mix before."""
+    remove_in_betweens(obj)
+    shape_keys.remove(obj, mix_names(obj))
+    names = mix_input.names
+    knots = [in_betweens.places(slider.low, slider.high) for slider in mix_input.sliders]
+    made = []
+    for each in found.shapes:
+        shape = (mix_input.rest + each.offset).astype(np.float32)
+        key = shape_keys.add_shape(obj, in_betweens.label(names, knots, each.orders), shape)
+        key.slider_min, key.slider_max = -FARTHEST, FARTHEST
+        text, sliders = in_betweens.expression(knots, each.orders)
+        others = [obj.data.shape_keys.key_blocks[names[slider]] for slider in sliders]
+        variables = dict(zip(in_betweens.VARIABLES, others, strict=False))
+        actions.drive(key, {**variables, ids.MIX_MARK: others[0]}, text)  # the last is not in the expression
+        made.append(key.name)
+    return made
+
+
+def remove_in_betweens(obj):
+    """Takes away what make_in_betweens() has made. Returns how many keys there were."""
+    names = in_between_names(obj)
+    shape_keys.remove(obj, names)
+    return len(names)

@@ -6,8 +6,8 @@ import numpy as np
 from ...errors import SceneError
 from ...scene import key_reading, mesh_arrays, shape_keys, subject, vertex_groups
 from ...scene.core import motion
-from ...scene.core.finite import require_finite
 from ...scene.core.key_shapes import KeyShapes
+from ...scene.core.point_sets import require_finite
 from ..core import grafting
 
 

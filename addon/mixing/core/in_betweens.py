@@ -3,13 +3,18 @@
 
 Each is what the mix lacks at the place of its polynomial beside all lower ones, so the mix is met at all these places
 (a sparse grid: Chkifa, Cohen, Schwab 2014). What lacks most comes first, until settings that have no say are met.
+
+Polynomial `number` along a slider is 1 at the place of that number and 0 at the places before it. The places are a Leja
+sequence: each is where the product of the distances to those before is largest, which keeps the polynomials small
+between them (De Marchi, On Leja sequences, 2004). A product is named by its `orders`, ascending
+((slider, number), ...). `knots` are the places() of all sliders.
 """
 
 import collections
+import functools
+import math
 
 import numpy as np
-
-from . import polynomials
 
 #: Settings that the shapes are judged by.
 JUDGING = 64
@@ -27,7 +32,7 @@ SMALL = 0.05
 LOOKED_AT = 8
 
 
-#: orders: as of polynomials.py; offset: n x 3 float64 that is added with this weight.
+#: orders: as above; offset: n x 3 float64 that is added with this weight.
 InBetween = collections.namedtuple("InBetween", "orders offset")
 
 #: shapes: tuple of InBetween; error: the largest distance of a vertex from the mix, at the settings judged by.
@@ -40,7 +45,7 @@ def found(solve, ranges, tolerance, most, common):
     ranges: [(low, high)] of the sliders; tolerance: a distance; most: shapes at most; common(sliders): how far all of
     these sliders move one and the same vertex: where it is 0, they do not change each other's effect.
     """
-    knots = [polynomials.places(*each) for each in ranges]
+    knots = [places(*each) for each in ranges]
     settings = np.array([setting(ranges, number) for number in range(JUDGING)])
     left = []  # what the mix lacks there
     for values in settings:
@@ -54,7 +59,7 @@ def found(solve, ranges, tolerance, most, common):
             values[slider] = knots[slider][number]
         offset = yield from solve(values)
         for each in shapes:
-            offset = offset - polynomials.weight(knots, each.orders, values[None])[0] * each.offset
+            offset = offset - weight(knots, each.orders, values[None])[0] * each.offset
         return offset
 
     def is_enough():
@@ -85,14 +90,14 @@ def _next_to(last, knots, common):
             new = tuple(sorted({**higher, slider: number}.items()))
             bound = min(height, common([each for each, _ in new]))
             together = sum(each for _, each in new)
-            if bound > 0.0 and number < polynomials.MOST and together <= polynomials.MOST_TOGETHER:
+            if bound > 0.0 and number < MOST and together <= MOST_TOGETHER:
                 bounds[new] = max(bound, bounds.get(new, 0.0))
     return bounds
 
 
 def _weights(knots, orders, settings):
     """(s, 1, 1)."""
-    return polynomials.weight(knots, orders, settings)[:, None, None]
+    return weight(knots, orders, settings)[:, None, None]
 
 
 def setting(ranges, number):
@@ -109,3 +114,55 @@ def setting(ranges, number):
 def _height(vectors):
     """The longest of all vectors (..., 3)."""
     return float(np.sqrt(np.einsum("...i,...i->...", vectors, vectors).max(initial=0.0)))
+
+
+#: No slider needs more: a turn by 180 degrees is met to 1e-6 by half as many.
+MOST = 12
+
+#: Places are rounded to so many decimals of a slider's range, so that drivers are short and mean the same.
+DECIMALS = 4
+
+#: All numbers of a product are no more than this: Blender cuts an expression at 255 characters.
+MOST_TOGETHER = 14
+
+VARIABLES = "abcdefghijklmnopqrstuvwxyz"
+
+
+@functools.cache
+def places(low, high):
+    """The first MOST places, float64: 0, then 1 (or the end that is nearer), the ends, and those between."""
+    low, high = min(low, 0.0), max(high, 0.0)
+    found = [0.0, float(np.clip(1.0, low, high)) or low]
+    finer = max(0, math.ceil(-math.log10(high - low)))
+    tried = np.round(np.linspace(low, high, 2001), DECIMALS + finer)
+    while len(found) < MOST:
+        product = np.prod(np.abs(tried[:, None] - np.array(found)), axis=1)
+        found.append(float(tried[product.argmax()]))
+    return np.array(found)
+
+
+def weight(knots, orders, settings):
+    """(s,): the product with the sliders at each of `settings`, (s, k)."""
+    result = np.ones(len(settings))
+    for slider, number in orders:
+        before = knots[slider][:number]
+        result *= np.prod((settings[:, slider, None] - before) / (knots[slider][number] - before), axis=1)
+    return result
+
+
+def expression(knots, orders):
+    """(text of a driver, [number of the slider of each of its variables]).
+
+    Blender evaluates sums and products without Python, so such drivers are quick, and run where scripts may not.
+    """
+    scale, product = 1.0, []
+    for variable, (slider, number) in zip(VARIABLES, orders, strict=False):
+        before = knots[slider][:number]
+        scale /= float(np.prod(knots[slider][number] - before))
+        product += [variable if each == 0.0 else f"({variable}{-each:+.{DECIMALS + 2}g})" for each in before]
+    return "*".join([f"{scale:.9g}", *product]), [slider for slider, _ in orders]
+
+
+def label(names, knots, orders):
+    """What a key is called: "Bend 0.5", "Bend 0.5 + Twist 1"."""
+    return " + ".join(f"{names[slider]} {knots[slider][number]:.3g}" for slider, number in orders)

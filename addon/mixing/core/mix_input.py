@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import fixed_points, whole_mesh
+from ...scene.core import point_sets, whole_mesh
 from ...scene.core.key_shapes import KeyShapes
 from ...solver.core.fingerprint import digest
 
@@ -43,7 +43,7 @@ class MixInput(KeyShapes):
     @cached_property
     def diagonal(self):
         """Of the rest shape's bounding box."""
-        return fixed_points.bounding_box_diagonal(self.rest)
+        return point_sets.bounding_box_diagonal(self.rest)
 
     def weights(self, values):
         """(k + 1,) or, where a shape counts here more than there, (k + 1, n) float64, the rest shape first: they sum to

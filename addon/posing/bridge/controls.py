@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ... import ids, wording
+from ... import compat, ids, wording
 from ...errors import require_none
 from ...scene import rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
@@ -265,3 +265,31 @@ def _hangs_on(control, obj):
 def _size(obj, points):
     extent, whole = np.ptp(points, axis=0), region.shown_size(obj)
     return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
+
+
+_known = {}  # session key of an object: name of the mesh object that follows it, or ""
+
+
+def mesh_moved_by(control):
+    """A mesh object of the scene with a handle that follows `control`, the one it belongs to first; or None."""
+    owner = owner_of(control)
+    if owner is not None:
+        return owner
+    key = compat.session_key(control)
+    name = _known.get(key)
+    if name == "":  # Blender would go through all objects to find none
+        return None
+    if name is not None and _follows(bpy.data.objects.get(name), control):
+        return bpy.data.objects[name]
+    found = next((obj for obj in bpy.context.view_layer.objects if _follows(obj, control)), None)
+    _known[key] = found.name if found is not None else ""
+    return found
+
+
+def _follows(obj, control):
+    is_mesh = obj is not None and obj.type == 'MESH'
+    return is_mesh and any(handle.control == control for handle in obj.meanvalue.handles)
+
+
+def forget_moved_meshes():
+    _known.clear()

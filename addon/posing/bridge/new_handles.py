@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""New handles with a control, and pins; which handle has a vertex."""
+"""New handles with a control, and pins; which handle has a vertex; what is called by where it is that nobody named."""
+
+import collections
 
 import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, seams, shape_keys, views
-from . import controls, members, pose_names, region, targets
+from . import controls, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
 
@@ -20,7 +22,7 @@ def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
     if group:
         handle.name = group
     else:
-        members.make(obj, handle, name or pose_names.named(obj, vertices, kind), vertices)
+        members.make(obj, handle, name or named(obj, vertices, kind), vertices)
     settings.active_handle = len(settings.handles) - 1
     return handle
 
@@ -91,3 +93,39 @@ def _let_go(obj, index):
     name = handle.name
     controls.remove_handle(obj, index)
     return f"Pin '{name}' is let go"
+
+
+#: Of the mesh's size: what is nearer to the middle is on neither side.
+MIDDLE = 0.02
+
+#: So many vertices say where a handle is.
+SAMPLES = 50
+
+
+def named_pose(obj, offsets):
+    """Of what n x 3 `offsets` move at least half as far as any: "Hand.L Pose"."""
+    squares = np.square(offsets).sum(axis=1)
+    return named(obj, np.flatnonzero(squares >= 0.25 * squares.max()), "Pose")
+
+
+def named(obj, vertices, kind):
+    """Of a `kind` of thing that has these vertices: "Hand.L Handle", "Left Pin"."""
+    settings, weights = obj.meanvalue, collections.Counter()
+    made = {settings.made_region, settings.roi_group, *(handle.made_group for handle in settings.handles)}
+    chosen = [obj.data.vertices[int(vertex)] for vertex in vertices[:: 1 + len(vertices) // SAMPLES]]
+    for each in (element for vertex in chosen for element in vertex.groups):
+        name = obj.vertex_groups[each.group].name
+        weights[name] += each.weight if name not in made else 0.0
+    across, size = np.mean([vertex.co.x for vertex in chosen]), np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
+    side = "" if abs(across) <= MIDDLE * size else "Left" if across > 0.0 else "Right"
+    return f"{_most_of(obj, +weights) or side} {kind}".strip()
+
+
+def _most_of(obj, weights):
+    """The deepest bone that carries, with those below it, more than half of the weight: a hand, not one of its fingers.
+    Without bones the group that has most; "" without groups."""
+    rig, carried = rig_space.armature(obj), collections.Counter()
+    for bone in [] if rig is None else [each for each in rig.data.bones if each.name in weights]:
+        carried.update(dict.fromkeys([each.name for each in (bone, *bone.parent_recursive)], weights[bone.name]))
+    deep = [name for name, weight in carried.items() if 2.0 * weight > max(carried.values())]  # one below the other
+    return min(deep, key=carried.get, default=max(weights, key=weights.get, default=""))

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it."""
+"""What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it. The binding is kept in the
+.blend as a record, a fingerprint."""
 
-from ...errors import ChangedMeanwhileError
-from ...scene import mesh_arrays, shape_keys, subject
+from ... import wording
+from ...errors import ChangedMeanwhileError, SceneError, StaleBindingError
+from ...scene import declarations, mesh_arrays, shape_keys, subject
 from ...solver import session
-from . import bound_record, scene_input, targets
+from ...solver.core import fingerprint
+from . import scene_input, targets
 
 #: Of a Posing: the targets are where the controls are.
 CONTROLS = ""
@@ -25,7 +28,7 @@ class Posing:
         """
         self.bind_input = scene_input.gather(obj)
         if is_checked:
-            bound_record.require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
+            require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
         self._start = shape_keys.result_positions(obj) if settles else None
@@ -60,7 +63,7 @@ class Posing:
     def record(self, obj):
         """Keeps the binding for the session, and tells the file of it."""
         self.keep()
-        bound_record.write(obj.meanvalue.bound, self.bind_input.fingerprint)
+        write(obj.meanvalue.bound, self.bind_input.fingerprint)
         obj.update_tag()  # live posing may have waited for it
 
     def require_unchanged(self, obj):
@@ -73,3 +76,39 @@ class Posing:
             if is_same and (goal is None or goal.is_near(self.targets, 0.0)):
                 return
         raise ChangedMeanwhileError(obj.name)
+
+
+def require_fits(record, now):
+    """now: a Fingerprint. @throws StaleBindingError if the artist has to look first: else it is bound again."""
+    changes = fingerprint.changes(record, now) if record.is_bound else ""
+    if changes:
+        raise StaleBindingError(f"{changes}. Check the handles and press Update")
+
+
+def problem(obj, quiet_seconds=0.0):
+    """(why a mesh object cannot be posed by what was read of it, as a sentence; whether Update mends that), or None.
+
+    Cheap enough for drawing: outside Object Mode, and for `quiet_seconds` after an edit, of what was read last.
+    """
+    model = scene_input.model(obj)
+    model.is_watched = True
+    if obj.mode == 'OBJECT':
+        model.look(obj, quiet_seconds)
+    try:
+        if model.is_known:
+            require_fits(obj.meanvalue.bound, model.result(obj).fingerprint)
+    except SceneError as error:
+        return wording.sentence(str(error)), isinstance(error, StaleBindingError)
+    return None
+
+
+def write(record, now):
+    """Remembers the binding of a Fingerprint: what of it the artist has to look at where it is another."""
+    record.vertex_count, record.faces, record.rest_shape = now.vertex_count, now.faces, now.rest_shape
+    record.is_bound = record.knows_seams = True
+
+
+def release(record):
+    """Forgets the binding that there is, and frees its memory, with that of others which nothing holds now."""
+    session.cache.clear()
+    declarations.clear(record)

@@ -8,7 +8,7 @@ from ... import ids
 from ...errors import SceneError
 from ...live import engine
 from ...scene import kept, mesh_arrays, object_model, seams, shape_keys, vertex_groups
-from ...scene.core import fixed_points
+from ...scene.core import point_sets
 from ...solver import native_loader
 from . import members
 
@@ -103,7 +103,7 @@ def _made_ways(obj, rest, first):
     if np.count_nonzero(np.bincount(ways.parts) > 1) > 1:
         triangles = mesh_arrays.triangles(obj.data, rest)
         triangles = triangles if first is None else first[triangles]
-        ways = make(rest, edges, triangles, gap=NEARLY * fixed_points.bounding_box_diagonal(rest))
+        ways = make(rest, edges, triangles, gap=NEARLY * point_sets.bounding_box_diagonal(rest))
     return ways
 
 
@@ -122,7 +122,7 @@ def write(obj, weights):
 
 def radius(obj, size):
     """`size`, a share of the diagonal of the mesh at rest, as a length."""
-    return size * fixed_points.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
+    return size * point_sets.bounding_box_diagonal(shape_keys.rest_positions(obj.data))
 
 
 def shown_size(obj):

@@ -7,8 +7,8 @@ import numpy as np
 from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import frames, key_marks, rig_space, shape_keys
-from ...scene.core import fixed_points, sample_times
-from ...scene.core.finite import require_finite
+from ...scene.core import point_sets, sample_times
+from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 from ..core import far_poses
 
@@ -44,7 +44,7 @@ class RigPoses:
         scene = bpy.data.scenes[self._scene_name]
         rows = slice(None, None, -(-len(self._rest) // MOST_VERTICES))
         poses = yield from frames.visit(scene, self._times, lambda: self._seen(find())[rows].copy())
-        least = SAME_POSE * fixed_points.bounding_box_diagonal(self._rest)
+        least = SAME_POSE * point_sets.bounding_box_diagonal(self._rest)
         chosen = self._times[far_poses.differing(self._rest[rows], np.array(poses), self._most, least)]
         if not len(chosen):
             first, last = (sample_times.named(self._times[row]) for row in (0, -1))

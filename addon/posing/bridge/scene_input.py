@@ -8,7 +8,7 @@ from ... import compat, ids
 from ...errors import SceneError, require_none
 from ...scene import declarations, kept, mirrors, object_model, seams, shape_keys, vertex_groups
 from ...scene.core import mirror_planes, welding
-from ...scene.core.finite import require_finite
+from ...scene.core.point_sets import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
 from . import controls, examples, members, orphans, targets

@@ -9,7 +9,7 @@ from ... import wording
 from ...errors import SceneError, require_none
 from ...scene import rig_space, shape_keys
 from ...scene.core import motion
-from ...scene.core.finite import require_finite
+from ...scene.core.point_sets import require_finite
 from . import control_places, controls, orphans
 
 

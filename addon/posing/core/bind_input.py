@@ -8,9 +8,9 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core import fixed_points, motion, welding
-from ...scene.core.finite import require_finite
+from ...scene.core import motion, point_sets, welding
 from ...scene.core.key_shapes import KeyShapes
+from ...scene.core.point_sets import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import solver_mesh as solver_meshes
 from . import springs
@@ -110,7 +110,7 @@ class BindInput:
     @cached_property
     def diagonal(self):
         """Of the rest shape's bounding box; energies are shown for diagonal 1."""
-        return fixed_points.bounding_box_diagonal(self.rest)
+        return point_sets.bounding_box_diagonal(self.rest)
 
     @cached_property
     def joined_places(self):
@@ -139,7 +139,7 @@ class BindInput:
         if outside:
             raise SceneError(f"{wording.vertices(outside)} of soft handles lie outside the region. Turn Soft off")
         held = self.solver_mesh.held_rest
-        if self.free.any() and not fixed_points.span_a_plane(held):
+        if self.free.any() and not point_sets.span_a_plane(held):
             count = wording.counted(len(held), "fixed point")
             raise SceneError(f"{count} cannot hold the mesh. Pin at least three that are not in one line")
 

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import connected, rigid, whole_mesh
-from ...scene.core.fixed_points import bounding_box_diagonal
+from ...scene.core import point_sets, rigid, whole_mesh
+from ...scene.core.point_sets import bounding_box_diagonal
 
 #: Of the mesh's size, and of how far the shape is from rest: shapes that are nearer to each other are one.
 SAME_SHAPE, SAME_MOVE = 1e-3, 0.1
@@ -102,7 +102,8 @@ class SolverMesh(whole_mesh.WholeMesh):
         """C k: of each image of an anchor the lowest of the images of handles, e * count + p, that are one with its."""
         labels = owners + count * np.repeat(np.arange(len(self._turns)), len(self._of.anchors))
         own, first = labels[self._claims], labels[self._claims[self._begins]]
-        parts = connected.parts(np.stack([own, np.repeat(first, self._claim_counts)], axis=1), len(self._turns) * count)
+        joined = np.stack([own, np.repeat(first, self._claim_counts)], axis=1)
+        parts = point_sets.parts(joined, len(self._turns) * count)
         self._across = []  # (anchors, images that are one with it) of each handle that a plane goes through
         for handle in range(count):
             one = np.flatnonzero(parts[handle::count] == parts[handle])

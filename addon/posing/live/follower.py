@@ -10,7 +10,7 @@ from ...live.following import Following
 from ...scene import actions, mesh_arrays, pose_key, shape_keys, views
 from ...solver import session
 from ...solver.core import result
-from ..bridge import bound_record, controls, scene_input, targets
+from ..bridge import controls, posing, scene_input, targets
 from ..core.snap_watch import SnapWatch
 from .early_poses import EarlyPoses
 from .live_targets import LiveTargets
@@ -94,7 +94,7 @@ class Follower(Following):
     # Reading
 
     def _require_good_binding(self, obj):
-        bound_record.require_fits(obj.meanvalue.bound, self._input.fingerprint)
+        posing.require_fits(obj.meanvalue.bound, self._input.fingerprint)
 
     # Posing
 
@@ -119,7 +119,7 @@ class Follower(Following):
         def collect(owner, binding):
             self._binding = binding
             session.remember(bind_input, binding)
-            bound_record.write(owner.meanvalue.bound, bind_input.fingerprint)
+            posing.write(owner.meanvalue.bound, bind_input.fingerprint)
 
         def work(execution):
             binding = yield from session.bind_steps(bind_input, triangles, execution, known=known, early=True)

@@ -7,7 +7,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, selection, shape_keys, subject, vertex_groups
-from ...scene.core.finite import require_finite
+from ...scene.core.point_sets import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import controls, new_handles, region, scene_input
 

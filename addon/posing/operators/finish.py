@@ -7,9 +7,9 @@ import numpy as np
 from ... import ids, wording
 from ...live import engine
 from ...scene import key_marks, new_rest, pose_key, selection, shape_keys, subject
-from ...scene.core import fixed_points
+from ...scene.core import point_sets
 from ...scene.key_marks import Role
-from ..bridge import bound_record, controls, pose_names, region
+from ..bridge import controls, new_handles, posing, region
 from .pose import SettledOperator
 
 #: Of the mesh's size: what is nearer to the rest shape is no pose, since it was settled to no more than that.
@@ -76,13 +76,13 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
     def _keep(self, obj):
         """Returns (sentence, [notes])."""
         key, shape, rest = shape_keys.result(obj), shape_keys.result_positions(obj), shape_keys.rest_positions(obj.data)
-        near = SAME_POSE * fixed_points.bounding_box_diagonal(rest)
+        near = SAME_POSE * point_sets.bounding_box_diagonal(rest)
         is_posed = shape is not None and np.abs(shape - rest).max() > near
         notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
         obj.meanvalue.live = False
         if is_posed and self.keep == 'SHAPE_KEY':
             if key.name == ids.DEFAULT_RESULT_KEY:
-                key.name = pose_names.of(obj, shape - rest)
+                key.name = new_handles.named_pose(obj, shape - rest)
             key.slider_min = key_marks.mark(Role.KEPT, key.name)
             return f"The pose is shape key '{key.name}'", []
         shape_keys.remove(obj, pose_key.names(obj))
@@ -100,7 +100,7 @@ def remove_what_was_made(obj):
         controls.remove_handle(obj, index)
     region.remove_made_group(obj)
     if settings.bound.is_bound:
-        bound_record.release(settings.bound)
+        posing.release(settings.bound)
     for name in ("result_name", "result_mark"):
         settings.property_unset(name)
     return wording.counted(count, "handle or pin", "handles and pins")

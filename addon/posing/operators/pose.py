@@ -10,7 +10,7 @@ from ...scene import actions, declarations, key_marks, new_rest, pose_key, shape
 from ...scene.key_marks import Role
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import control_places, controls, pose_names, targets
+from ..bridge import control_places, controls, new_handles, targets
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -64,7 +64,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
 
     def use(self, obj):
         shape, rest = shape_keys.pose_to_use(obj), shape_keys.rest_positions(obj.data)
-        key = shape_keys.add_shape(obj, self.name.strip() or pose_names.of(obj, shape - rest), shape)
+        key = shape_keys.add_shape(obj, self.name.strip() or new_handles.named_pose(obj, shape - rest), shape)
         key.slider_min = key_marks.mark(Role.KEPT, key.name)
         name = key.name
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider

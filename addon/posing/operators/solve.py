@@ -10,7 +10,7 @@ from ...scene import shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator
-from ..bridge import bound_record, controls, members, new_handles, scene_input, targets
+from ..bridge import controls, members, new_handles, posing, scene_input, targets
 from ..bridge.posing import CONTROLS, Posing
 
 
@@ -46,7 +46,7 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scri
     problems = (lambda obj: None if obj.meanvalue.bound.is_bound else f"'{obj.name}' is not bound",)
 
     def run(self, obj):
-        bound_record.release(obj.meanvalue.bound)
+        posing.release(obj.meanvalue.bound)
         return f"'{obj.name}' is no longer bound", []
 
 

@@ -6,7 +6,7 @@ import bpy
 from ... import ids
 from ...rooms import ALL
 from ...scene import subject
-from ...widgets import menus
+from ...widgets import panels
 
 
 def draw_add(layout):
@@ -23,12 +23,12 @@ class MEANVALUE_MT_handles(bpy.types.Menu):
     def draw(self, context):
         layout = self.layout
         draw_add(layout)
-        menus.draw_operators(layout, ("meanvalue.select_handle", "meanvalue.remove_handle", None))
+        panels.draw_operators(layout, ("meanvalue.select_handle", "meanvalue.remove_handle", None))
         obj = subject.of(context)
         if subject.object_problem(obj) is None:
             layout.prop(obj.meanvalue, "live")
-        menus.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles", None))
-        menus.draw_operators(layout, ("meanvalue.grow_region", "meanvalue.paint_region"))
+        panels.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles", None))
+        panels.draw_operators(layout, ("meanvalue.grow_region", "meanvalue.paint_region"))
 
 
 class MEANVALUE_MT_apply(bpy.types.Menu):
@@ -53,10 +53,10 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
     bl_label = "Pose"
 
     def draw(self, _context):
-        menus.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
+        panels.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
         self.layout.menu(MEANVALUE_MT_apply.__name__)
-        menus.draw_operators(self.layout, (None, "meanvalue.bind", "meanvalue.solve_from_key", None))
-        menus.draw_operators(
+        panels.draw_operators(self.layout, (None, "meanvalue.bind", "meanvalue.solve_from_key", None))
+        panels.draw_operators(
             self.layout, ("meanvalue.sample_rig_poses", "meanvalue.select_problems", "meanvalue.copy_system_info")
         )
 

@@ -10,7 +10,7 @@ from ...scene import key_marks, mirrors, object_model, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
-from ..bridge import bound_record, controls, members, orphans, scene_input, targets
+from ..bridge import controls, members, orphans, posing, scene_input, targets
 from ..operators import tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -238,7 +238,7 @@ def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
     if not obj.meanvalue.handles:
         return None
-    found = bound_record.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
+    found = posing.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
     wants_update = (found is not None and found[1]) or any(
         handle.follows == 'CONTROL' and controls.why_it_is_missing(obj, handle) for handle in obj.meanvalue.handles
     )

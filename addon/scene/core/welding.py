@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...solver import native_loader
-from . import fixed_points, mirror_planes
+from . import mirror_planes, point_sets
 
 #: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
 ROUNDING = 4.0 * 2.0**-23
@@ -100,7 +100,7 @@ def gaping(rest, face_corners, face_starts, first, surely=False):
     if len(lengths) == 0:
         return np.empty(0, np.int64), 0.0
     border, places = np.unique(edges, return_inverse=True)
-    limit = min(NEAR * fixed_points.bounding_box_diagonal(rest), NEAR_EDGES * harmless(lengths))
+    limit = min(NEAR * point_sets.bounding_box_diagonal(rest), NEAR_EDGES * harmless(lengths))
     points, place = rest[border].astype(np.float64), first_of_place(rest[border], limit)
     reach, is_seam = np.zeros(len(border)), np.zeros(len(border), bool)
     np.maximum.at(reach, place, np.linalg.norm(points - points[place], axis=1))

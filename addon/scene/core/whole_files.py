@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are there whole or not at all: written under another name in the same folder, then renamed."""
+"""Files that are there whole or not at all: written under another name in the same folder, then renamed.
+And names of files that every system takes: a scene goes from one system to another, so the rules are the same on all.
+"""
 
 import contextlib
 import errno
 import glob
 import os
 import pathlib
+import re
 import secrets
 import time
 
@@ -103,3 +106,13 @@ def in_bytes(count):
             return f"{count:.0f} {unit}" if unit == "bytes" or count >= 100 else f"{count:.1f} {unit}"
         count /= 1000
     return f"{count:,.1f} GB"
+
+
+#: With any ending Windows takes them for devices.
+_DEVICE = re.compile(r"^(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(?=\.|$)", re.IGNORECASE)
+_REFUSED = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
+
+
+def file_name(name):
+    """`name` of an object or a clip, without an ending, as that of a file or folder."""
+    return _DEVICE.sub(r"\1_", _REFUSED.sub("_", name).rstrip(". ")) or "_"

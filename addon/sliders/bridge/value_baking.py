@@ -4,12 +4,12 @@
 import numpy as np
 
 from ... import wording
-from ...baking.core import key_reduction
+from ...baking.core import bake_times
 from ...errors import ChangedMeanwhileError, SceneError
 from ...scene import pose_key, shape_keys
-from ...scene.core import fixed_points
+from ...scene.core import point_sets
 from ...solver import session
-from . import head_motion, key_shapes, value_curves
+from . import head_motion, key_shapes
 from .anchor_sources import HandleAnchors, MarkerAnchors
 
 SOURCES = {'HANDLES': HandleAnchors, 'MARKERS': MarkerAnchors}
@@ -36,14 +36,14 @@ class ValueBaking:
         """@throws SceneError; nothing was changed then."""
         self.options = options
         self.shapes = key_shapes.gather(obj)
-        self._size = fixed_points.bounding_box_diagonal(self.shapes.rest)
+        self._size = point_sets.bounding_box_diagonal(self.shapes.rest)
         self.source = SOURCES[options.source](obj, scene, options, self.shapes)
         self._require_room(obj)
         self.solved = self.fit = None
         self.curves = {}
 
     def _require_room(self, obj):
-        value_curves.require_room(obj, self.shapes.names, self.options.replace)
+        key_shapes.require_room(obj, self.shapes.names, self.options.replace)
         head_motion.require_room(obj, self.options)
 
     def work(self, execution):
@@ -75,7 +75,7 @@ class ValueBaking:
             kept = list(range(len(frames)))
             if self.options.tolerance > 0.0:
                 rows = of_key.reshape(-1, 1, 1)
-                kept = yield from key_reduction.reduced(rows, frames, self.options.tolerance)
+                kept = yield from bake_times.reduced(rows, frames, self.options.tolerance)
             self.curves[self.shapes.names[number]] = frames[kept], of_key[kept]
             yield (done + 1) / len(seen)
 
@@ -84,7 +84,7 @@ class ValueBaking:
         if not self.curves:
             raise SceneError(f"The {self.source.words} move with no shape key of '{obj.name}'. Put some where keys act")
         self._require_room(obj)
-        notes = value_curves.write(obj, self.curves, self.options.replace)
+        notes = key_shapes.write(obj, self.curves, self.options.replace)
         if self.options.head_motion in (head_motion.ON_OBJECT, head_motion.ON_BONE):
             source = self.source
             notes += head_motion.write(obj, self.options, source.frames, source.pairs, self.solved.transform)

@@ -5,7 +5,7 @@ import numpy as np
 from mathutils import Vector
 
 from ...scene import shown_shape, views
-from ...widgets.lines import NOTHING, Lines, draw
+from ...widgets.overlay import NOTHING, Lines, draw_lines
 
 #: Size of what ends a line, at interface scale 1.
 END_PIXELS = 8.0
@@ -15,7 +15,7 @@ begun = None
 
 
 def paint(context, obj):
-    draw(context, obj, lines(obj), END_PIXELS)
+    draw_lines(context, obj, lines(obj), END_PIXELS)
 
 
 def lines(obj):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core import fixed_points
+from ...scene.core import point_sets
 from ...scene.core.rigid import fit_rotations
 
 #: Fewer pairs leave open how the mesh is turned.
@@ -38,7 +38,7 @@ class WrapInput:
     @cached_property
     def diagonal(self):
         """Of the box around what is taken the shape of."""
-        return fixed_points.bounding_box_diagonal(self.target[np.unique(self.target_triangles)])
+        return point_sets.bounding_box_diagonal(self.target[np.unique(self.target_triangles)])
 
     def check(self):
         """@throws SceneError."""
@@ -51,7 +51,7 @@ class WrapInput:
             if not np.isfinite(points).all():
                 bad = np.count_nonzero(~np.isfinite(points).all(axis=1))
                 raise SceneError(f"{wording.vertices(bad)} of the {name} are no numbers. Repair the mesh first")
-            if fixed_points.bounding_box_diagonal(points[np.unique(triangles)]) == 0.0:
+            if point_sets.bounding_box_diagonal(points[np.unique(triangles)]) == 0.0:
                 raise SceneError(f"All vertices of the {name} are in one place. Choose another mesh")
         count = len(self.picked)
         if count == 0:
@@ -65,7 +65,7 @@ class WrapInput:
         if len(np.unique(self.picked)) < count:
             raise SceneError("Two pairs name the same vertex, which cannot go to two places. Remove one of them")
         for places, where in ((self.vertices[self.picked], "mesh that is fitted"), (self.points, "other mesh")):
-            if not fixed_points.span_a_plane(places):
+            if not point_sets.span_a_plane(places):
                 pairs = f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned"
                 raise SceneError(f"{pairs}. Pick at least {LEAST_PAIRS} that are not in one line")
 

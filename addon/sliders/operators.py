@@ -1,15 +1,41 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads values of shapes by name, as recorders of faces write them, onto shape keys of the same names."""
+"""Finds values of shape keys and reads them, keys them, and puts what they do not reach into one more shape key."""
 
 import bpy
 import numpy as np
 from bpy_extras.io_utils import ImportHelper
 
-from ... import wording
-from ...errors import MotionFileError, SceneError
-from ...widgets.base import MeshOperator
-from ..bridge import value_curves
-from ..core import key_names, value_files
+from .. import wording
+from ..baking.properties import chosen, unsaved
+from ..errors import MotionFileError, SceneError
+from ..live import engine
+from ..posing.bridge import scene_input, targets
+from ..widgets.background import BackgroundOperator
+from ..widgets.base import MeshOperator
+from . import properties
+from .bridge import driven_keys, key_shapes, value_baking
+from .bridge.corrective import Corrective
+from .core import key_names, value_files
+
+
+def _undriven_problem(obj):
+    return None if driven_keys.is_on(obj) else "Handles drive no shape keys. Choose Shape Keys in Drive"
+
+
+class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
+    """Put what the sliders do not reach into one more shape key, Corrective, with which all handles are met"""
+
+    bl_label = "Add Corrective"
+    doing = "Finding the corrective of"
+    problems = (_undriven_problem, key_shapes.problem, scene_input.unheld_problem, targets.problem)
+
+    def prepare(self, obj):
+        if obj.meanvalue.live and not engine.is_settled(obj):
+            raise SceneError("The sliders still follow the handles. Try again when they are there")
+        return Corrective(obj)
+
+    def finish(self, obj, prepared, outcome):
+        return f"Shape key '{prepared.write(obj, outcome)}' of '{obj.name}' adds what sliders do not reach", []
 
 
 class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator):
@@ -18,7 +44,7 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
     bl_label = "Import Shape Key Values"
     bl_options = {'REGISTER', 'UNDO', 'PRESET'}
     needs_object_mode = False
-    problems = (value_curves.problem,)
+    problems = (key_shapes.curves_problem,)
 
     filter_glob: bpy.props.StringProperty(
         default=";".join(f"*{suffix};*{suffix.upper()}" for suffix in value_files.SUFFIXES), options={'HIDDEN'}
@@ -63,10 +89,41 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
                 f"No shape key of '{obj.name}' has a name of the file ({wording.quoted(recorded.names)}). Say in Names "
                 "which belong together"
             )
-        notes = value_curves.write(obj, curves, self.replace)
+        notes = key_shapes.write(obj, curves, self.replace)
         rows = wording.counted(len(recorded.times), "frame")
         told = [f"Read {rows} of {wording.counted(len(curves), 'shape key')} onto '{obj.name}'", recorded.clock]
         keyless = [name for name in recorded.names if name not in found]
         if keyless:
             told.append(f"No shape key for {wording.quoted(keyless, limit=12)}")
         return told, [*recorded.notes, *notes]
+
+
+class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
+    """Find the values of the shape keys with which the face follows its handles or markers, and key them"""
+
+    bl_label = "Bake Shape Key Values"
+    doing = "Baking values of"
+    problems = (key_shapes.curves_problem, value_baking.problem)
+
+    __annotations__ = unsaved(properties.OPTIONS)
+
+    def prepare(self, obj):
+        return value_baking.ValueBaking(obj, bpy.context.scene, self._options(obj))
+
+    def before(self, prepared):
+        with engine.held():
+            for share in prepared.source.sample(self.object):
+                yield "sampling the animation", share
+
+    def after(self, prepared):
+        for share in prepared.reduce():
+            yield "choosing the keyframes", share
+
+    def finish(self, obj, prepared, _outcome):
+        notes = prepared.write(obj)
+        scene = bpy.context.scene
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        return prepared.account(obj), notes
+
+    def _options(self, obj):
+        return chosen(self, obj.meanvalue.bake_values, properties.OPTIONS)

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The artist shows what of the mesh belongs where on another one."""
+"""Fits the mesh onto another one, whatever faces that has, by pairs of points that the artist shows."""
 
 import bpy
 
-from ... import wording
-from ...errors import SceneError
-from ...widgets import picking
-from ..bridge import wrap_lines, wrap_scene
+from .. import ids, wording
+from ..errors import SceneError
+from ..scene import subject
+from ..widgets import picking
+from ..widgets.background import BackgroundOperator
+from .bridge import wrap_lines, wrap_scene
 
 
 class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
@@ -72,3 +74,37 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         pair.vertex, pair.place = self.vertex, self.place
         obj.meanvalue.wrap.target = target
         return f"Vertex {self.vertex} belongs there on '{target.name}': {wording.counted(len(pairs), 'pair')}", []
+
+
+#: Vertices that end farther away are put in a group, as a share of the other mesh's size.
+LEFT_OVER = 0.005
+
+
+class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
+    """Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here"""
+
+    bl_label = "Wrap Mesh"
+    doing = "Wrapping"
+    problems = (wrap_scene.target_problem, wrap_scene.pairs_problem)
+
+    def prepare(self, obj):
+        return wrap_scene.Wrapping(obj, wrap_scene.target_of(obj))
+
+    def job_progress(self):
+        return "fitting", self._prepared.share
+
+    def finish(self, obj, prepared, wrapped):
+        target = bpy.data.objects[prepared.target_name]
+        size = prepared.given.diagonal
+        name, left_over = wrap_scene.write(obj, target, wrapped, prepared.whole, LEFT_OVER * size)
+        distance = wrapped.distance[prepared.given.used] / size
+        notes = []
+        if left_over:
+            left = f"{wording.vertices(left_over)} are farther than {LEFT_OVER:.1%}"
+            notes.append(f"{left}: they are in the vertex group '{ids.LEFT_OVER_GROUP}'. Pick more pairs there")
+        if wrapped.flipped:
+            flipped = wording.counted(wrapped.flipped, "triangle is", "triangles are")
+            notes.append(f"{flipped} turned over. Pick pairs where they crowd")
+        off = f"{distance.mean():.3%} of its size off on average, {distance.max():.2%} at most"
+        message = f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {off}"
+        return message, [*notes, *subject.sharing_notes(obj)]

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which points hold a mesh in place, and whether they are enough."""
+"""Many points: whether they are numbers, how large they are, whether they hold a mesh in place, what connects them."""
 
 import numpy as np
+
+from ... import wording
+from ...errors import SceneError
+from ...solver import native_loader
 
 #: Of more points it is enough if about so many of them span a plane.
 ENOUGH = 1000
@@ -33,3 +37,17 @@ def span_a_plane(points):
     direction = offsets[far] / lengths[far]
     beside = offsets - np.outer(offsets @ direction, direction)
     return bool(np.linalg.norm(beside, axis=1).max() > COLLINEAR_TOLERANCE * lengths[far])
+
+
+def require_finite(positions, what):
+    """@throws SceneError if n x 3 `positions` hold NaN or infinity."""
+    broken = () if np.isfinite(positions).all() else np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    if len(broken):
+        count = wording.vertices(len(broken))
+        raise SceneError(f"{count} of the {what} (the first is {broken[0]}) are not numbers. Move or delete them")
+
+
+def parts(edges, count):
+    """n int32, not to be written to: the lowest of each vertex' connected part of `count` vertices; edges m x 2."""
+    nowhere, none = np.zeros((count, 3)), np.empty((0, 3), np.int32)
+    return native_loader.module().SurfaceWays(nowhere, edges, none).parts

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the animation of the handles, or whatever else shapes the mesh (rooms.Bakeable)."""
+"""Bakes the animation of the handles, or whatever else shapes the mesh (rooms.Bakeable), and takes that back."""
 
 import bpy
 from bpy.props import BoolProperty
 
-from ... import wording
-from ...errors import MeanValueError, require_none
-from ...live import engine
-from ...posing.bridge import scene_input
-from ...scene import baked, subject
-from ...scene.core import sample_times
-from ...widgets.background import BackgroundOperator
-from .. import properties
-from ..bridge import playing, preparing
-from ..bridge.baking import Baking
-from ..core import bake_times
+from .. import wording
+from ..errors import MeanValueError, require_none
+from ..live import engine
+from ..posing.bridge import scene_input
+from ..posing.operators.finish import remove_what_was_made
+from ..scene import baked, subject
+from ..scene.core import sample_times
+from ..widgets.background import BackgroundOperator
+from ..widgets.base import MeshOperator
+from . import properties
+from .bridge import playing, preparing
+from .bridge.baking import Baking
+from .core import bake_times
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
@@ -121,3 +123,26 @@ def _play(obj, prepared):
         made = f"'{prepared.shown_path}'"
     first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
     obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
+
+
+class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
+    """Take back what Bake made, so that the mesh follows its handles again"""
+
+    bl_label = "Remove Bake"
+    switch = "keep_bake"
+    problems = (lambda obj: None if obj.meanvalue.baked.target else f"'{obj.name}' is not baked",)
+
+    keep_bake: BoolProperty(
+        name="Keep Bake, Remove Handles",
+        description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
+        options={'SKIP_SAVE'},
+    )
+
+    def run(self, obj):
+        if self.keep_bake:
+            playing.keep(obj)
+            return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
+        playing.take_back(obj)
+        scene = bpy.context.scene
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        return "Removed the bake", []
