@@ -40,6 +40,12 @@ METHOD_PAPER = "paper"
 METHOD_FULL = "full"
 DEFAULT_RIGIDITY = 15.0
 
+#: Where a mesh bends (`bend_at` of an object's settings).
+BEND_EVERYWHERE = "EVERYWHERE"
+BEND_RIG = "RIG"
+BEND_POSES = "POSES"
+BEND_PAINTED = "PAINTED"
+
 #: What becomes of parts without a handle (`loose` of the native Deformer).
 LOOSE_FOLLOW = "follow"
 LOOSE_STAY = "stay"

@@ -6,7 +6,7 @@ seams were open, and the result was known by its name. To be deleted once nobody
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from .. import wording
+from .. import ids, wording
 from ..scene import mirrors, pose_key, seams, shape_keys, views
 from ..scene.declarations import aside
 from .bridge import control_places, controls, region, scene_input
@@ -58,6 +58,8 @@ def carry_over(objects):
         bound = obj.meanvalue.bound
         if bound.is_bound and not bound.knows_seams:
             obj.meanvalue.close_seams, bound.knows_seams = False, True
+        if obj.meanvalue.stiffness_group and not obj.meanvalue.is_property_set("bend_at"):
+            obj.meanvalue.bend_at = ids.BEND_PAINTED
         if len(obj.meanvalue.anchor_groups):
             _carry_over(obj)
         if obj.meanvalue.roi_invert:

@@ -36,6 +36,12 @@ def _choose_region(settings, context):
     tell(settings, context)
 
 
+def _paint(settings, context):
+    if settings.stiffness_group:
+        settings.bend_at = ids.BEND_PAINTED
+    tell(settings, context)
+
+
 class Settings:
     """Annotations for the property group of an object, see addon/properties.py"""
 
@@ -84,7 +90,21 @@ class Settings:
         max=1e6,
         update=tell,
     )
-    stiffness_group: StringProperty(name="Stiffness", description="Vertex group of limbs: bends at joints", update=tell)
+    bend_at: EnumProperty(
+        name="Bend At",
+        description="Where limbs are stiff, and where they bend",
+        items=(
+            (ids.BEND_EVERYWHERE, "Everywhere", "The mesh bends and stretches alike everywhere"),
+            (ids.BEND_RIG, "Rig's Joints", "Limbs keep their lengths, and bend where the weights of bones meet"),
+            (ids.BEND_POSES, "Kept Poses", "It bends where kept poses do: keep two or more that bend all joints"),
+            (ids.BEND_PAINTED, "Painted", "What a vertex group has bends and stretches less"),
+        ),
+        default=ids.BEND_EVERYWHERE,
+        update=tell,
+    )
+    stiffness_group: StringProperty(
+        name="Limbs", description="Vertex group of limbs, without their joints", update=_paint
+    )
     pose_like: EnumProperty(
         name="Pose Like",
         description="What shows how the mesh bends",

@@ -25,11 +25,12 @@ def keys(obj):
         is_kept = key.slider_min == key_marks.mark(Role.KEPT, key.name)
         return made.isdisjoint((key.name, key.relative_key.name)) and not (is_kept or key.mute)
 
-    return tuple(
-        Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group)
-        for key in found.key_blocks
-        if key != found.reference_key and is_example(key)
-    )
+    return sliders(key for key in found.key_blocks if key != found.reference_key and is_example(key))
+
+
+def sliders(keys):
+    """A Slider for each of some shape keys, up to the value 1."""
+    return tuple(Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group) for key in keys)
 
 
 def gather(obj):

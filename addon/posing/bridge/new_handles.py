@@ -8,7 +8,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...scene import rig_space, seams, shape_keys, views
-from . import controls, members, region, targets
+from . import controls, limbs, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
 
@@ -18,6 +18,7 @@ def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
     settings = obj.meanvalue
     if not group:
         controls.remove_deleted(obj)
+    limbs.choose(obj)
     handle = settings.handles.add()
     if group:
         handle.name = group

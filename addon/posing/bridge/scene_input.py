@@ -11,7 +11,7 @@ from ...scene.core import mirror_planes, welding
 from ...scene.core.point_sets import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import controls, examples, members, orphans, targets
+from . import controls, examples, limbs, members, orphans, targets
 
 
 def signature(obj):
@@ -20,7 +20,7 @@ def signature(obj):
     of_mesh = obj.name, compat.session_key(mesh), len(mesh.vertices), len(mesh.polygons), mirrors.signature(obj)
     deleted = tuple(handle.name for handle in settings.handles if orphans.is_deleted(handle))
     groups = tuple(obj.vertex_groups.keys())
-    return of_mesh, groups, declarations.values(settings), deleted, examples.keys(obj)
+    return of_mesh, groups, declarations.values(settings), deleted, examples.keys(obj), limbs.signature(obj)
 
 
 def model(obj):
@@ -54,7 +54,7 @@ def read(obj, to_bind=True):
     settings, faces = obj.meanvalue, kept.faces(obj.data)
     corners, starts = faces
     groups = {each.name for each in settings.handles if not each.mark} | {each.group for each in examples.keys(obj)}
-    vertex_groups.read(obj, groups | {settings.roi_group, settings.stiffness_group})  # in one pass
+    vertex_groups.read(obj, groups | {settings.roi_group, *limbs.groups(obj)})  # in one pass
     handles = targets.enabled_handles(obj)
     held, freedom = members.of(obj, handles), region_weights(obj)
     _require_members(handles, held, settings.roi_group, freedom)
@@ -68,7 +68,7 @@ def read(obj, to_bind=True):
     planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
-    limbs = vertex_groups.weights(obj, [settings.stiffness_group]).get(settings.stiffness_group)
+    stiffness, kept_poses, bends = (None, None, "") if rigidity is None else limbs.read(obj, rest, *faces)
     soft = [handle.strength if handle.is_soft else None for handle in handles]
     if rigidity is None and any(handle.is_soft for handle in handles):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
@@ -81,7 +81,9 @@ def read(obj, to_bind=True):
         method=settings.method,
         handles=handle_numbers,
         rigidity=rigidity,
-        stiffness=None if limbs is None or rigidity is None else 1.0 + (springs.OF_LIMBS - 1.0) * limbs,
+        stiffness=stiffness,
+        kept_poses=kept_poses,
+        bends=bends,
         strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,
@@ -98,8 +100,10 @@ def read(obj, to_bind=True):
 
 
 def _shapes(bind_input):
-    found = bind_input.examples
-    return [("", bind_input.rest), *([] if found is None else found.points.items())]
+    found = {}
+    for each in (bind_input.examples, bind_input.kept_poses):
+        found.update({} if each is None else each.points)
+    return [("", bind_input.rest), *found.items()]
 
 
 READING = object_model.Kind(signature, read, _shapes, shape_keys.result)

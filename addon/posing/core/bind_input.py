@@ -34,6 +34,8 @@ class BindInput:
     handles: np.ndarray  # k int32, number of the enabled handle that each anchor belongs to
     rigidity: float | None = None  # how much lengths count; None for methods that do not know it
     stiffness: np.ndarray | None = None  # n float64, how many times as much they count there
+    kept_poses: KeyShapes | None = None  # that this is of
+    bends: str = ""  # in words, where it bends by that
     strengths: np.ndarray | None = None  # k float64, stiffness of the springs of soft anchors, infinite for hard ones
     border: np.ndarray | None = None  # b vertices, int32, ascending, no anchors: free in part, where the region is soft
     border_strengths: np.ndarray | None = None  # b float64, of the springs that hold them to the rest shape
@@ -61,8 +63,8 @@ class BindInput:
 
     @property
     def revision(self):
-        """Another one where it is bound otherwise."""
-        return self.fingerprint
+        """Another one where it is bound otherwise, or of other shapes."""
+        return self.fingerprint, self.kept_poses and self.kept_poses.revision
 
     @cached_property
     def solver_mesh(self):

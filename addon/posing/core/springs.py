@@ -16,7 +16,6 @@ BORDER = 1.0
 
 #: Stands in for a rigidity of 0, where the paper's own energy alone holds the shape.
 LEAST_RIGIDITY = 1.0
-OF_LIMBS = 30.0  #: times as much lengths count where the group Stiffness has the weight 1
 
 
 def strengths(handles, handle_strengths, rigidity, vertex_count):

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a mesh bends (Bend At): from its rig's weights, its kept poses or a painted group to how much lengths count."""
+
+from ... import compat, ids, wording
+from ...scene import kept, key_marks, key_reading, vertex_groups
+from ...scene.core.key_shapes import KeyShapes
+from ...scene.key_marks import Role
+from ..core import joints, segments
+from . import examples
+
+#: Kept poses that tell where a mesh bends: what no pose bends is stiff.
+LEAST_POSES = 2
+
+
+def choose(obj):
+    """A handle is to be made: a mesh that has none yet bends at its rig's joints, unless somebody chose."""
+    settings = obj.meanvalue
+    if not (settings.handles or settings.is_property_set("bend_at")) and _weighted_bones(obj):
+        settings.bend_at = ids.BEND_RIG
+
+
+def signature(obj):
+    """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
+    at = obj.meanvalue.bend_at
+    if at == ids.BEND_RIG:
+        return tuple((compat.session_key(rig.data), len(rig.data.bones)) for rig in _rigs(obj))
+    return examples.sliders(_kept_keys(obj)) if at == ids.BEND_POSES else ()
+
+
+def groups(obj):
+    """Names of the vertex groups that read() reads."""
+    at = obj.meanvalue.bend_at
+    if at == ids.BEND_RIG:
+        return _weighted_bones(obj)
+    return {obj.meanvalue.stiffness_group} if at == ids.BEND_PAINTED else ()
+
+
+def read(obj, rest, corners, starts):
+    """(n float64 or None where it bends everywhere, KeyShapes that this is of or None, words for what is found)."""
+    settings = obj.meanvalue
+    if settings.bend_at == ids.BEND_RIG:
+        factors, text = _at_rig(obj)
+        return factors, None, text
+    if settings.bend_at == ids.BEND_POSES:
+        return _at_poses(obj, rest, corners, starts)
+    if settings.bend_at == ids.BEND_PAINTED:
+        found = vertex_groups.weights(obj, [settings.stiffness_group]).get(settings.stiffness_group)
+        return (None, None, "") if found is None else (1.0 + (joints.STIFF - 1.0) * found, None, "")
+    return None, None, ""
+
+
+def _at_rig(obj):
+    """(factors or None, words)."""
+    bones, parents = _weighted_bones(obj), {}
+    for rig in _rigs(obj):
+        parents.update({bone.name: bone.parent.name if bone.parent else "" for bone in rig.data.bones})
+    weights = vertex_groups.read(obj, bones)
+    of_bone, found = segments.of(parents), {}
+    for bone in bones:
+        if len(weights[bone][0]):
+            found.setdefault(of_bone[bone], []).append(bone)
+    if not found:
+        return None, "No bone of a rig has weights here: it bends everywhere"
+    count = len(obj.data.vertices)
+    factors = joints.by_weights(count, [[weights[bone] for bone in each] for each in found.values()])
+    told = wording.counted(segments.joint_count(parents, of_bone, found), "joint")
+    return factors, f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
+
+
+def _at_poses(obj, rest, corners, starts):
+    """(factors or None, KeyShapes or None, words)."""
+    keys = _kept_keys(obj)
+    if len(keys) < LEAST_POSES:
+        return None, None, f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"
+    shapes = KeyShapes(**key_reading.parts(obj, examples.sliders(keys))).with_effect()
+
+    def make():
+        return joints.by_poses(rest, corners, starts, shapes.shapes())
+
+    found = kept.of(obj.data, "limbs", make, rest, *shapes.points.values())
+    if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:
+        return None, shapes, "No kept pose bends it more in one place than in others: it bends everywhere"
+    return found, shapes, f"Bends as {wording.counted(len(keys), 'kept pose')} do"
+
+
+def _kept_keys(obj):
+    return key_marks.of_role(obj.data.shape_keys, Role.KEPT)
+
+
+def _rigs(obj):
+    """The armatures whose bones move the object by its vertex groups, each once."""
+    found = [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.use_vertex_groups]
+    found += [obj.parent] if obj.parent_type == 'ARMATURE' else []
+    return list(dict.fromkeys(rig for rig in found if rig is not None and rig.type == 'ARMATURE'))
+
+
+def _weighted_bones(obj):
+    """Names of the bones that deform, and have a vertex group."""
+    bones = (bone for rig in _rigs(obj) for bone in rig.data.bones)
+    return {bone.name for bone in bones if bone.use_deform and bone.name in obj.vertex_groups}

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which bones of a rig move as one, told by their names and parents: half a limb may have several, and so has a trunk.
+Lengths, radii and angles do not tell: a bone that only twists looks like one that bends."""
+
+import re
+
+#: Words of names that say nothing of where a bone is.
+_EMPTY = {"def", "org", "mch", "twist", "roll", "stretch"}
+_TWIST = re.compile("twist|roll", re.IGNORECASE)
+_TRUNK = re.compile("root|spine|hips|pelvis|torso|trunk|chest|breast|bust|belly|abdomen|stomach|waist|.*back$")
+_LIMB = re.compile("shoulder|clavicle|collar|.*arm$|thigh|.*leg$")
+_HEAD = re.compile("head|skull|face")
+_ON_ITS_OWN = re.compile("hair|ears?$|.*tail|tongue|mane")  # of what is on a head
+_OF_PARENT = re.compile("metacarpal|carpal|palm|heel")
+_HALF = re.compile("up|low|fore|thigh|shin|calf|neck")  # several bones with one of these, numbered, are one
+
+
+def of(parents):
+    """{bone: a name for its segment, one for all that move as one}. parents: {bone: its parent or ""} of all bones."""
+    words = {bone: _words(bone) for bone in parents}
+    above = {bone: _above(bone, parents) for bone in parents}
+    bears = {each for bone in parents if _has(words[bone], _LIMB) for each in above[bone]}
+    spines = {bone for bone in parents if "spine" in words[bone]}
+    # A spine that goes on beyond the shoulders is neck and head, where none above it is called so.
+    topped = {each for bone in parents if _has(words[bone], "neck", "head") for each in above[bone]}
+    beyond = {bone for bone in spines - bears - topped if not bears.isdisjoint(above[bone])}
+    known = {words[bone] for bone in parents if not _TWIST.search(bone)}
+    found = {}
+    for bone in sorted(parents, key=lambda each: len(above[each])):
+        own, parent = words[bone], found.get(next(iter(above[bone]), ""), "")
+        is_last = not any(bone in above[each] for each in spines)
+        if (parent == "head" and not _has(own, _ON_ITS_OWN)) or _has(own, _HEAD) or (bone in beyond and is_last):
+            found[bone] = "head"
+        elif bone in beyond:
+            found[bone] = "neck"
+        elif bears and not _has(own, _LIMB) and (bone in bears or _has(own, _TRUNK)):
+            found[bone] = "trunk"
+        elif parent and (_has(own, _OF_PARENT) or (_TWIST.search(bone) and own not in known)):
+            found[bone] = parent
+        else:
+            is_one = _has(own, _HALF) or _TWIST.search(bone) or not re.search("[0-9]", bone)
+            found[bone] = " ".join(own) if own and is_one else bone
+    return found
+
+
+def _words(name):
+    parts = re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name.rsplit(":", 1)[-1])
+    return tuple(part.lower() for part in parts if part.lower() not in _EMPTY)
+
+
+def _has(words, *kinds):
+    return any(re.match(kind, word) for kind in kinds for word in words)
+
+
+def _above(bone, parents):
+    """Its parents, the nearest first. Rigify's deforming bones hang on copies (ORG) of those that they stand for."""
+    found = []
+    while parents.get(bone):
+        own, bone = bone, parents[bone]
+        twin = bone.replace("ORG-", "DEF-", 1)
+        if twin in parents and twin not in (own, *found):
+            bone = twin
+        found.append(bone)
+    return found
+
+
+def joint_count(parents, segment_of, segments):
+    """How many of `segments` have another of them above."""
+    tops = {}
+    for bone in sorted(parents, key=lambda each: len(_above(each, parents))):
+        tops.setdefault(segment_of[bone], bone)
+    return sum(any(segment_of[each] in segments for each in _above(tops[name], parents)) for name in segments)
