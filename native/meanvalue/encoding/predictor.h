@@ -19,10 +19,6 @@ Vector3 predict(const EncodedRing& ring, const PositionsView& positions);
 /// @param blocks receives `ring.valence` 3 x 3 matrices.
 Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& positions, Matrix3* blocks);
 
-/// The same with the one block dF_i/dv_k of the ring vertex at `place`.
-Vector3 predict_with_jacobian_of(const EncodedRing& ring, const PositionsView& positions, Index place,
-                                 Matrix3& block);
-
 /// F_i(V) for every vertex; v_i itself where a vertex is not predictable.
 /// @return n x 3. @throws Cancelled.
 Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,

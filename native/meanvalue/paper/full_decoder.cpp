@@ -3,19 +3,9 @@
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/optimise/elimination_order.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
-struct FullDecoder::FullWorkspace : Workspace {
-    FullWorkspace(GaussNewtonSystem::Workspace of_system, SparseCholesky of_factor)
-        : system(std::move(of_system)), cholesky(std::move(of_factor)) {}
-
-    GaussNewtonSystem::Workspace system;
-    SparseCholesky cholesky;
-};
-
-std::unique_ptr<Workspace> FullDecoder::make_workspace(const Execution& execution) const {
-    return std::make_unique<FullWorkspace>(system_->make_workspace(execution), analysed_.with_same_pattern());
-}
 
 std::size_t FullDecoder::bytes() const {
     constexpr std::size_t kEachFree = 6800;
@@ -28,19 +18,18 @@ FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
     unknowns_ = find_unknowns(encoding_, region_.is_fixed);
-    system_.emplace(encoding_, unknowns_, execution);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
     for (const Index number : numbers_in_order(order, unknowns_)) {
         for (Index c = 0; c < 3; ++c)
             columns.push_back(3 * number + c);
     }
-    analysed_.analyse(system_->pattern().matrix(), execution, threads_, columns);
+    analysed_.analyse(smoothness_metric(encoding_, unknowns_, execution), execution, threads_, columns);
 }
 
-DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given, Positions& positions,
+DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& /*workspace*/, Positions& positions,
                                  Execution& execution) const {
-    auto& workspace = static_cast<FullWorkspace&>(given);
+    SparseCholesky cholesky = analysed_.with_same_pattern();
     MinimiseOptions minimise_options;
     minimise_options.step_tolerance = options.tolerance * diagonal_;
     minimise_options.settled_decrease = kSettledPerTolerance * options.tolerance;
@@ -50,9 +39,8 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given,
     minimise_options.threads = threads_for(options);
     if (options.previous != nullptr)
         minimise_options.negligible_energy = std::max(minimise_options.negligible_energy, options.enough_energy);
-    if (options.previous == nullptr) choose_start(minimise_options, workspace, positions, execution);
-    const MinimiseReport minimised =
-        minimise(*system_, workspace.system, workspace.cholesky, unknowns_, minimise_options, positions, execution);
+    if (options.previous == nullptr) choose_start(minimise_options, cholesky, positions, execution);
+    const MinimiseReport minimised = minimise(encoding_, unknowns_, cholesky, minimise_options, positions, execution);
     DecodeReport report;
     if (!minimised.energies.empty()) report.energies = minimised.energies;
     report.initial_gradient = minimised.initial_gradient;
@@ -64,7 +52,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& given,
     return report;
 }
 
-void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& workspace, Positions& positions,
+void FullDecoder::choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
                                Execution& execution) const {
     if (unknowns_.free.empty()) return;
     Positions carried = carry_parts(components_, region_.positions, positions);
@@ -73,14 +61,13 @@ void FullDecoder::choose_start(const MinimiseOptions& options, FullWorkspace& wo
         fixed_moves.row(v).setZero();
     }
     if (fixed_moves.cwiseAbs().maxCoeff() > kRounding * diagonal_) {
-        carried = follow_fixed_moves(*system_, workspace.system, workspace.cholesky, unknowns_, options, carried,
-                                     fixed_moves, execution);
+        carried = follow_fixed_moves(encoding_, unknowns_, cholesky, options, carried, fixed_moves, execution);
     }
     for (Index v = 0; v < carried.rows(); ++v) {
         if (unknowns_.number[v] < 0) carried.row(v) = positions.row(v);
     }
-    if (system_->energy(carried, options.threads, execution, workspace.system) <
-        system_->energy(positions, options.threads, execution, workspace.system)) {
+    if (energy(encoding_, unknowns_, carried, options.threads, execution) <
+        energy(encoding_, unknowns_, positions, options.threads, execution)) {
         positions = std::move(carried);
     }
 }

@@ -1,14 +1,9 @@
 // Equation 15 to convergence at full resolution: paper, section 2.3.
 #pragma once
 
-#include <optional>
-
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/mesh/components.h"
-#include "meanvalue/mesh/region.h"
 #include "meanvalue/optimise/unknowns.h"
-#include "meanvalue/paper/gauss_newton_system.h"
 #include "meanvalue/paper/levenberg_marquardt.h"
 
 namespace meanvalue {
@@ -19,7 +14,9 @@ class FullDecoder : public Decoder {
     /// @throws Cancelled, SolverFailure.
     FullDecoder(EncodedRegion shape, int threads, Execution& execution);
 
-    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
+    std::unique_ptr<Workspace> make_workspace(const Execution& /*execution*/) const override {
+        return std::make_unique<Workspace>();
+    }
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(unknowns_.rows.size()); }
@@ -28,14 +25,12 @@ class FullDecoder : public Decoder {
     Index longest_ring() const override { return encoding_.longest_ring(); }
 
   private:
-    struct FullWorkspace;
     /// The better of two starts: the free vertices left where they are, or carried along with the fixed ones.
-    void choose_start(const MinimiseOptions& options, FullWorkspace& workspace, Positions& positions,
+    void choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
                       Execution& execution) const;
 
     double diagonal_;
     Unknowns unknowns_;
-    std::optional<GaussNewtonSystem> system_;
     SparseCholesky analysed_;
 };
 

@@ -1,144 +1,157 @@
 #include "meanvalue/paper/gauss_newton_system.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
+namespace {
 
-GaussNewtonSystem::GaussNewtonSystem(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution)
-    : encoding_(encoding), unknowns_(unknowns) {
-    term_offsets_.push_back(0);
-    for (const Index i : unknowns_.rows) {
-        execution.check_every(term_offsets_.size());
-        // The vertex's own term first, then its ring in order: linearise() relies on it.
-        if (unknowns_.number[i] >= 0) term_columns_.push_back(unknowns_.number[i]);
-        for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
-            const Index column = unknowns_.number[encoding_.ring[k]];
-            if (column >= 0) term_columns_.push_back(column);
+// Columns of a product between two checks for cancellation: some ten milliseconds.
+constexpr Eigen::Index kColumnsPerCheck = 8192;
+
+/// The derivatives of all residuals by all free vertices.
+class Jacobian {
+  public:
+    explicit Jacobian(const Unknowns& unknowns) : unknowns_(unknowns) {}
+
+    void add(std::size_t row, Index vertex, const Matrix3& block) {
+        for (Index r = 0; r < 3; ++r) {
+            for (Index c = 0; c < 3; ++c)
+                entries_.emplace_back(3 * static_cast<Index>(row) + r, 3 * unknowns_.number[vertex] + c, block(r, c));
         }
-        term_offsets_.push_back(static_cast<std::int64_t>(term_columns_.size()));
     }
-    find_pattern(execution);
-    fill_smoothness_metric(execution);
+
+    SparseMatrix matrix() const {
+        SparseMatrix result(3 * static_cast<Eigen::Index>(unknowns_.rows.size()),
+                            3 * static_cast<Eigen::Index>(unknowns_.free.size()));
+        result.setFromTriplets(entries_.begin(), entries_.end());
+        return result;
+    }
+
+  private:
+    const Unknowns& unknowns_;
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries_;
+};
+
+/// The lower triangle of A^T A.
+SparseMatrix normal_matrix(const SparseMatrix& jacobian, const Execution& execution) {
+    const SparseMatrix transposed = jacobian.transpose();
+    SparseMatrix result(jacobian.cols(), jacobian.cols());
+    for (Eigen::Index begin = 0; begin < jacobian.cols(); begin += kColumnsPerCheck) {
+        execution.check();
+        const Eigen::Index count = std::min(kColumnsPerCheck, jacobian.cols() - begin);
+        result.middleCols(begin, count) = SparseMatrix(transposed * jacobian.middleCols(begin, count));
+    }
+    return result.triangularView<Eigen::Lower>();
 }
 
-void GaussNewtonSystem::find_pattern(const Execution& execution) {
-    // Of A^T A, entry (a, b) is there where a row of A has terms in both columns.
+/// Whether a vertex without a row of its own can move in some direction in which no other row changes.
+bool is_singular(const Matrix3& diagonal) {
+    const Eigen::SelfAdjointEigenSolver<Matrix3> solver(diagonal, Eigen::EigenvaluesOnly);
+    return !(solver.eigenvalues()(0) > kNegligible * diagonal.trace());
+}
+
+}  // namespace
+
+GaussNewtonSystem linearise(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& positions,
+                            const Positions* fixed_moves, const Execution& execution) {
+    Jacobian jacobian(unknowns);
+    Eigen::VectorXd residuals(3 * static_cast<Eigen::Index>(unknowns.rows.size()));
+    std::vector<Matrix3> blocks;
+    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+        execution.check_every(row);
+        const Index i = unknowns.rows[row];
+        const EncodedRing ring = encoding.ring_of(i);
+        blocks.resize(ring.valence);
+        Vector3 residual = Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
+        const auto add = [&](Index vertex, const Matrix3& block) {
+            if (unknowns.number[vertex] >= 0) {
+                jacobian.add(row, vertex, block);
+            } else if (fixed_moves != nullptr) {
+                residual += block * fixed_moves->row(vertex).transpose();
+            }
+        };
+        add(i, Matrix3::Identity());
+        for (Index k = 0; k < ring.valence; ++k)
+            add(ring.ring[k], -blocks[k]);
+        residuals.segment<3>(3 * static_cast<Eigen::Index>(row)) = residual;
+    }
+    const SparseMatrix matrix = jacobian.matrix();
+    return {normal_matrix(matrix, execution), matrix.transpose() * residuals};
+}
+
+SparseMatrix smoothness_metric(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution) {
+    Jacobian jacobian(unknowns);
+    for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+        const Index i = unknowns.rows[row];
+        const EncodedRing ring = encoding.ring_of(i);
+        if (unknowns.number[i] >= 0) jacobian.add(row, i, Matrix3::Identity());
+        for (Index k = 0; k < ring.valence; ++k) {
+            if (unknowns.number[ring.ring[k]] >= 0)
+                jacobian.add(row, ring.ring[k], -ring.weights[k] * Matrix3::Identity());
+        }
+    }
+    return normal_matrix(jacobian.matrix(), execution);
+}
+
+double energy(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& positions, int threads,
+              const Execution& execution) {
+    std::vector<double> squares(unknowns.rows.size());
+    parallel_for(static_cast<Index>(squares.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k) {
+            const Index row = unknowns.rows[k];
+            squares[k] = (Vector3(positions.row(row)) - predict(encoding.ring_of(row), positions)).squaredNorm();
+        }
+    });
+    return 0.5 * std::accumulate(squares.begin(), squares.end(), 0.0);
+}
+
+void relax(const Encoding& encoding, const Unknowns& unknowns, int sweeps, Positions& positions,
+           const Execution& execution) {
+    struct Use {
+        Index row;    // a vertex whose ring contains the free vertex
+        Index place;  // where in that ring
+    };
     WorkMeter work(execution);
-    std::vector<std::vector<Index>> columns(unknowns_.free.size());
-    for (std::size_t k = 0; k < columns.size(); ++k)
-        columns[k].push_back(static_cast<Index>(k));
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            work.add(term_offsets_[row + 1] - term_offsets_[row]);
-            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
-                if (term_columns_[a] > term_columns_[b]) columns[term_columns_[b]].push_back(term_columns_[a]);
+    const auto uses = grouped<Use>(unknowns.free.size(), [&](const auto& visit) {
+        for (const Index row : unknowns.rows) {
+            const EncodedRing ring = encoding.ring_of(row);
+            work.add(1 + ring.valence);
+            for (Index k = 0; k < ring.valence; ++k) {
+                if (unknowns.number[ring.ring[k]] >= 0) visit(unknowns.number[ring.ring[k]], Use{row, k});
             }
-        }
-    }
-    for (std::vector<Index>& column : columns) {
-        work.add(8 * column.size());
-        std::sort(column.begin(), column.end());
-        column.erase(std::unique(column.begin(), column.end()), column.end());
-    }
-    pattern_ = BlockMatrix(columns, execution);
-    pair_offsets_.push_back(0);
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        execution.check_every(row);
-        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
-                if (term_columns_[a] < term_columns_[b]) continue;
-                pair_positions_.push_back(pattern_.find(term_columns_[a], term_columns_[b]));
-            }
-        }
-        pair_offsets_.push_back(static_cast<std::int64_t>(pair_positions_.size()));
-    }
-}
-
-void GaussNewtonSystem::fill_smoothness_metric(const Execution& execution) {
-    smoothness_metric_.assign(pattern_.block_count(), 0.0);
-    std::vector<double> coefficients;
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        execution.check_every(row);
-        const Index i = unknowns_.rows[row];
-        coefficients.clear();
-        if (unknowns_.number[i] >= 0) coefficients.push_back(1.0);
-        for (Index k = encoding_.ring_offsets[i]; k < encoding_.ring_offsets[i + 1]; ++k) {
-            if (unknowns_.number[encoding_.ring[k]] >= 0) coefficients.push_back(-encoding_.weights[k]);
-        }
-        std::int64_t pair = pair_offsets_[row];
-        const std::int64_t first = term_offsets_[row];
-        for (std::size_t a = 0; a < coefficients.size(); ++a) {
-            for (std::size_t b = 0; b < coefficients.size(); ++b) {
-                if (term_columns_[first + a] < term_columns_[first + b]) continue;
-                smoothness_metric_[pair_positions_[pair++]] += coefficients[a] * coefficients[b];
-            }
-        }
-    }
-}
-
-GaussNewtonSystem::Workspace GaussNewtonSystem::make_workspace(const Execution& execution) const {
-    return {pattern_.with_same_pattern(execution),
-            Eigen::VectorXd(3 * static_cast<Eigen::Index>(unknowns_.free.size())),
-            std::vector<Matrix3>(term_columns_.size()), std::vector<Vector3>(unknowns_.rows.size())};
-}
-
-double GaussNewtonSystem::energy(const PositionsView& positions, int threads, const Execution& execution,
-                                 Workspace& workspace) const {
-    parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
-        for (Index row = begin; row < end; ++row) {
-            const Index i = unknowns_.rows[row];
-            workspace.residuals[row] = Vector3(positions.row(i)) - predict(encoding_.ring_of(i), positions);
         }
     });
-    double sum = 0.0;
-    for (const Vector3& residual : workspace.residuals)
-        sum += residual.squaredNorm();
-    return 0.5 * sum;
-}
-
-void GaussNewtonSystem::linearise(const PositionsView& positions, const Positions* fixed_moves, int threads,
-                                  const Execution& execution, Workspace& workspace) const {
-    parallel_for(static_cast<Index>(unknowns_.rows.size()), threads, execution, [&](Index begin, Index end) {
-        std::vector<Matrix3> blocks;
-        for (Index row = begin; row < end; ++row) {
-            const Index i = unknowns_.rows[row];
-            const EncodedRing ring = encoding_.ring_of(i);
+    std::vector<Matrix3> blocks;
+    for (std::size_t step = 0; step < sweeps * unknowns.free.size(); ++step) {
+        execution.check_every(step);
+        const std::size_t number = step % unknowns.free.size();
+        const Index vertex = unknowns.free[number];
+        Vector3 gradient = Vector3::Zero();
+        Matrix3 diagonal = Matrix3::Zero();
+        if (encoding.predictable(vertex)) {
+            gradient = Vector3(positions.row(vertex)) - predict(encoding.ring_of(vertex), positions);
+            diagonal.setIdentity();
+        }
+        for (const Use& use : uses.of(number)) {
+            const EncodedRing ring = encoding.ring_of(use.row);
             blocks.resize(ring.valence);
-            Vector3 residual = Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
-            std::int64_t term = term_offsets_[row];
-            const auto add_term = [&](Index vertex, const Matrix3& block) {
-                if (unknowns_.number[vertex] >= 0) {
-                    workspace.term_blocks[term++] = block;
-                } else if (fixed_moves != nullptr) {
-                    residual += block * fixed_moves->row(vertex).transpose();
-                }
-            };
-            add_term(i, Matrix3::Identity());
-            for (Index k = 0; k < ring.valence; ++k)
-                add_term(ring.ring[k], -blocks[k]);
-            workspace.residuals[row] = residual;
+            const Vector3 predicted = predict_with_jacobian(ring, positions, blocks.data());
+            const Matrix3& block = blocks[use.place];
+            gradient -= block.transpose() * (Vector3(positions.row(use.row)) - predicted);
+            diagonal += block.transpose() * block;
         }
-    });
-    assemble(execution, workspace);
-}
-
-void GaussNewtonSystem::assemble(const Execution& execution, Workspace& workspace) const {
-    const std::vector<Matrix3>& blocks = workspace.term_blocks;
-    workspace.matrix.set_zero(execution);
-    workspace.gradient.setZero();
-    for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-        execution.check_every(row);
-        std::int64_t pair = pair_offsets_[row];
-        for (std::int64_t a = term_offsets_[row]; a < term_offsets_[row + 1]; ++a) {
-            workspace.gradient.segment<3>(3 * term_columns_[a]) += blocks[a].transpose() * workspace.residuals[row];
-            for (std::int64_t b = term_offsets_[row]; b < term_offsets_[row + 1]; ++b) {
-                if (term_columns_[a] < term_columns_[b]) continue;
-                workspace.matrix.add(pair_positions_[pair++], term_columns_[b], blocks[a].transpose() * blocks[b]);
-            }
-        }
+        if (!encoding.predictable(vertex) && is_singular(diagonal)) continue;
+        const Vector3 move = diagonal.inverse() * gradient;
+        if (move.allFinite()) positions.row(vertex) -= move;
     }
 }
 

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/optimise/line_search.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
 namespace {
@@ -33,68 +35,66 @@ void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::Vec
     }
 }
 
-/// Solves H direction = -J (equation 19). @return whether H could be factored and the direction is finite.
-bool solve_step(const GaussNewtonSystem::Workspace& at, SparseCholesky& cholesky, int threads,
+/// Solves matrix * direction = -gradient (equation 19). @return whether the matrix could be factored and the
+/// direction is finite.
+bool solve_step(SparseMatrix matrix, const Eigen::VectorXd& gradient, SparseCholesky& cholesky, int threads,
                 const Execution& execution, Eigen::VectorXd& direction) {
-    if (!cholesky.analysed()) cholesky.analyse(at.matrix.matrix(), execution, threads);
-    if (!cholesky.factorise(at.matrix.matrix(), execution, threads)) return false;
-    direction = -cholesky.solve(at.gradient, execution);
+    matrix.diagonal() += Eigen::VectorXd::Constant(gradient.size(), kRounding);
+    if (!cholesky.analysed()) cholesky.analyse(matrix, execution, threads);
+    if (!cholesky.factorise(std::move(matrix), execution, threads)) return false;
+    direction = -cholesky.solve(gradient, execution);
     return direction.allFinite();
 }
 
 /// One descent from a start, with the state that its steps share.
 class Descent {
   public:
-    Descent(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace, SparseCholesky& cholesky,
-            const Unknowns& unknowns, const MinimiseOptions& options, Positions& positions, Execution& execution)
-        : system_(system),
-          workspace_(workspace),
-          cholesky_(cholesky),
+    Descent(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+            const MinimiseOptions& options, Positions& positions, Execution& execution)
+        : encoding_(encoding),
           unknowns_(unknowns),
+          cholesky_(cholesky),
           options_(options),
           positions_(positions),
           trial_(positions),
-          execution_(execution) {}
+          execution_(execution),
+          metric_(smoothness_metric(encoding, unknowns, execution)) {}
 
     MinimiseReport run() {
         energy_ = evaluate(positions_);
         report_.energies.push_back(energy_);
         if (!std::isfinite(energy_)) throw SolverFailure("the energy of the start is not finite");
-        report_.stop_reason = StopReason::kConverged;
-        if (energy_ <= options_.negligible_energy) return std::move(report_);
         report_.stop_reason = StopReason::kIterationLimit;
-        for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
+        for (int iteration = 0; energy_ > options_.negligible_energy && iteration < options_.max_iterations;
+             ++iteration) {
             execution_.set_progress(static_cast<double>(iteration) / options_.max_iterations);
-            if (!step()) break;
-            if (energy_ <= options_.negligible_energy) {
-                stop(StopReason::kConverged);
-                break;
-            }
+            if (!step()) return std::move(report_);
         }
+        if (energy_ <= options_.negligible_energy) stop(StopReason::kConverged);
         return std::move(report_);
     }
 
   private:
     double evaluate(const Positions& positions) {
         const StageTimer timer(report_.timings, "energy");
-        return system_.energy(positions, options_.threads, execution_, workspace_);
+        return energy(encoding_, unknowns_, positions, options_.threads, execution_);
     }
 
     /// One accepted step. @return whether another one is wanted.
     bool step() {
-        linearise();
+        linearise_here();
         if (report_.gradient == 0.0) return stop(StopReason::kConverged);
         for (; damping_ * kCoincident < 1.0; raise_damping()) {
             if (!find_direction()) continue;
             const bool short_step = longest_move() <= options_.step_tolerance;
             const double start_energy = energy_;
             const double length = search_line(short_step ? 0 : kMostHalvings);
+            const bool damped = damping_ > kFirstDamping;
             if (length > 0.0) {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
-                report_.promised_share = applied_damping_ <= kFirstDamping
-                                             ? promised_decrease_ / start_energy
-                                             : std::numeric_limits<double>::infinity();  // damped: it says nothing
+                report_.promised_share = damped ? std::numeric_limits<double>::infinity()  // it says nothing
+                                                : promised_decrease_ / start_energy;
                 if (length < 1.0) {
                     raise_damping();
                 } else {
@@ -103,9 +103,7 @@ class Descent {
                 settled_steps_ =
                     start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
             }
-            if (short_step) {
-                return stop(applied_damping_ <= kFirstDamping ? StopReason::kConverged : StopReason::kNoDescent);
-            }
+            if (short_step) return stop(damped ? StopReason::kNoDescent : StopReason::kConverged);
             if (settled_steps_ >= kSettledSteps) return stop(StopReason::kSettled);
             if (length > 0.0) return true;
         }
@@ -120,34 +118,27 @@ class Descent {
         return false;
     }
 
-    void linearise() {
+    void linearise_here() {
         const StageTimer timer(report_.timings, "linearise");
-        system_.linearise(positions_, nullptr, options_.threads, execution_, workspace_);
-        report_.gradient = workspace_.gradient.norm();
+        system_ = linearise(encoding_, unknowns_, positions_, nullptr, execution_);
+        report_.gradient = system_.gradient.norm();
         if (report_.iterations == 0) report_.initial_gradient = report_.gradient;
-        workspace_.matrix.add_to_diagonal(kRounding);
-        applied_damping_ = 0.0;
     }
 
-    /// Solves (H + damping * metric) direction = -J.
     bool find_direction() {
         const StageTimer timer(report_.timings, "factor");
-        workspace_.matrix.add_identity_multiples(system_.smoothness_metric(), damping_ - applied_damping_);
-        applied_damping_ = damping_;
-        return solve_step(workspace_, cholesky_, options_.threads, execution_, direction_);
+        return solve_step(system_.matrix + damping_ * metric_, system_.gradient, cholesky_, options_.threads,
+                          execution_, direction_);
     }
 
     double longest_move() const {
-        double longest = 0.0;
-        for (std::size_t k = 0; k < unknowns_.free.size(); ++k) {
-            longest = std::max(longest, direction_.segment<3>(3 * static_cast<Eigen::Index>(k)).norm());
-        }
-        return longest;
+        const Eigen::Map<const Positions> moves(direction_.data(), direction_.size() / 3, 3);
+        return moves.rowwise().norm().maxCoeff();
     }
 
     /// Halves the step until the energy falls enough. @return the share of it taken, 0 where none was.
     double search_line(int most_halvings) {
-        const double slope = direction_.dot(workspace_.gradient);
+        const double slope = direction_.dot(system_.gradient);
         promised_decrease_ = -0.5 * slope;
         double length = 1.0;
         for (int halving = 0; halving <= most_halvings; ++halving, length *= 0.5) {
@@ -162,20 +153,20 @@ class Descent {
         return 0.0;
     }
 
-    const GaussNewtonSystem& system_;
-    GaussNewtonSystem::Workspace& workspace_;
-    SparseCholesky& cholesky_;
+    const Encoding& encoding_;
     const Unknowns& unknowns_;
+    SparseCholesky& cholesky_;
     const MinimiseOptions& options_;
     Positions& positions_;
     Positions trial_;  // equal to positions_ in every fixed row
     Execution& execution_;
+    SparseMatrix metric_;
+    GaussNewtonSystem system_;  // at positions_
     MinimiseReport report_;
     Eigen::VectorXd direction_;
     double energy_ = 0.0;
     double promised_decrease_ = 0.0;
     double damping_ = kFirstDamping;
-    double applied_damping_ = 0.0;  // what is in the matrix already
     int settled_steps_ = 0;
 };
 
@@ -197,22 +188,20 @@ const char* describe(StopReason reason) {
     return "";
 }
 
-MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
-                        SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
-                        Positions& positions, Execution& execution) {
+MinimiseReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                        const MinimiseOptions& options, Positions& positions, Execution& execution) {
     execution.begin_stage("solve");
     if (unknowns.free.empty()) return {};
-    return Descent(system, workspace, cholesky, unknowns, options, positions, execution).run();
+    return Descent(encoding, unknowns, cholesky, options, positions, execution).run();
 }
 
-Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
-                             SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
-                             const Positions& base, const Positions& fixed_moves, Execution& execution) {
-    system.linearise(base, &fixed_moves, options.threads, execution, workspace);
-    workspace.matrix.add_to_diagonal(kRounding);
+Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
+                             Execution& execution) {
+    GaussNewtonSystem system = linearise(encoding, unknowns, base, &fixed_moves, execution);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
-    if (solve_step(workspace, cholesky, options.threads, execution, direction)) {
+    if (solve_step(std::move(system.matrix), system.gradient, cholesky, options.threads, execution, direction)) {
         move_free(unknowns, base, direction, 1.0, result);
     } else {
         for (const Index v : unknowns.free)

@@ -6,9 +6,9 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/unknowns.h"
-#include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
 
@@ -58,19 +58,18 @@ struct MinimiseReport {
 };
 
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
-/// @param workspace of the system. @param cholesky analyzed for its pattern; analyzed here where it is not.
+/// @param cholesky analyzed for matrices of linearise(); analyzed here where it is not.
 /// @param positions n x 3, finite. Left in any state on an exception.
 /// @throws Cancelled, SolverFailure.
-MinimiseReport minimise(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
-                        SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
-                        Positions& positions, Execution& execution);
+MinimiseReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                        const MinimiseOptions& options, Positions& positions, Execution& execution);
 
 /// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
 /// the free ones follow smoothly instead of being left behind.
 /// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
 /// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
-Positions follow_fixed_moves(const GaussNewtonSystem& system, GaussNewtonSystem::Workspace& workspace,
-                             SparseCholesky& cholesky, const Unknowns& unknowns, const MinimiseOptions& options,
-                             const Positions& base, const Positions& fixed_moves, Execution& execution);
+Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
+                             Execution& execution);
 
 }  // namespace meanvalue

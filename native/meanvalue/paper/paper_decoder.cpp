@@ -1,16 +1,12 @@
 #include "meanvalue/paper/paper_decoder.h"
 
 #include <cmath>
-#include <numeric>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/encoding/encoder.h"
-#include "meanvalue/encoding/predictor.h"
-#include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
 namespace {
@@ -33,25 +29,9 @@ std::string describe_end(const MinimiseReport& base, const MinimiseReport& coars
 
 }  // namespace
 
-struct PaperDecoder::PaperWorkspace : Workspace {
-    PaperWorkspace(GaussNewtonSystem::Workspace of_coarse, GaussNewtonSystem::Workspace of_base)
-        : coarse(std::move(of_coarse)), base(std::move(of_base)) {}
-
-    GaussNewtonSystem::Workspace coarse;
-    GaussNewtonSystem::Workspace base;
-};
-
-std::unique_ptr<Workspace> PaperDecoder::make_workspace(const Execution& execution) const {
-    return std::make_unique<PaperWorkspace>(coarse_->make_workspace(execution), base_->make_workspace(execution));
-}
-
 PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& execution)
     : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    {
-        const StageTimer timer(bind_timings_, "encode");
-        fine_ = find_unknowns(encoding_, region_.is_fixed);
-        relaxation_.emplace(encoding_, fine_, execution);
-    }
+    fine_ = find_unknowns(encoding_, region_.is_fixed);
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
@@ -59,9 +39,7 @@ PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& executio
     for (Level& level : hierarchy_.levels)
         level.splits.encode(region_.positions, threads_, execution);
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
-    coarse_.emplace(hierarchy_.levels.front().encoding, coarse_unknowns_, execution);
     base_unknowns_ = unknowns_of(hierarchy_.base());
-    base_.emplace(hierarchy_.base().encoding, base_unknowns_, execution);
 }
 
 Unknowns PaperDecoder::unknowns_of(const Level& level) const {
@@ -71,18 +49,17 @@ Unknowns PaperDecoder::unknowns_of(const Level& level) const {
     return find_unknowns(level.encoding, is_fixed);
 }
 
-DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given, Positions& positions,
+DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& /*workspace*/, Positions& positions,
                                   Execution& execution) const {
-    auto& workspace = static_cast<PaperWorkspace&>(given);
     DecodeReport report;
     execution.begin_stage("solve");
     const int threads = threads_for(options);
-    report.energies = {fine_energy(positions, threads, execution)};
+    report.energies = {energy(encoding_, fine_, positions, threads, execution)};
     if (!std::isfinite(report.energies.front())) throw SolverFailure("the energy of the start is not finite");
     MinimiseReport base;
     {
         const StageTimer timer(report.timings, "base");
-        base = solve_base(workspace, threads, positions, execution);
+        base = solve_base(threads, positions, execution);
     }
     {
         const StageTimer timer(report.timings, "split");
@@ -91,7 +68,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const MinimiseReport coarse = solve_coarse(workspace, options.tolerance, threads, positions, execution);
+        const MinimiseReport coarse = solve_coarse(options.tolerance, threads, positions, execution);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
@@ -104,25 +81,13 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& given
     }
     {
         const StageTimer timer(report.timings, "relax");
-        for (int sweep = 0; sweep < kSweeps; ++sweep)
-            relaxation_->sweep(positions, execution);
+        relax(encoding_, fine_, kSweeps, positions, execution);
     }
-    report.energies.push_back(fine_energy(positions, threads, execution));
+    report.energies.push_back(energy(encoding_, fine_, positions, threads, execution));
     if (!std::isfinite(report.energies.back()) || !positions.allFinite()) {
         throw SolverFailure(message("the result is not finite; energy of the start: ", report.energies.front()));
     }
     return report;
-}
-
-double PaperDecoder::fine_energy(const Positions& positions, int threads, const Execution& execution) const {
-    std::vector<double> squares(fine_.rows.size());
-    parallel_for(static_cast<Index>(squares.size()), threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k) {
-            const Index row = fine_.rows[k];
-            squares[k] = (Vector3(positions.row(row)) - predict(encoding_.ring_of(row), positions)).squaredNorm();
-        }
-    });
-    return 0.5 * std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
 std::vector<Index> PaperDecoder::level_sizes() const {
@@ -133,8 +98,7 @@ std::vector<Index> PaperDecoder::level_sizes() const {
     return sizes;
 }
 
-MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
-                                        Execution& execution) const {
+MinimiseReport PaperDecoder::solve_base(int threads, Positions& positions, Execution& execution) const {
     if (base_unknowns_.free.empty()) return {};
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
@@ -143,8 +107,9 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
     Positions carried = positions;
     for (const Index v : base_unknowns_.free)
         carried.row(v) = all_carried.row(v);
-    if (base_->energy(carried, threads, execution, workspace.base) <=
-        base_->energy(positions, threads, execution, workspace.base)) {
+    const Encoding& encoding = hierarchy_.base().encoding;
+    if (energy(encoding, base_unknowns_, carried, threads, execution) <=
+        energy(encoding, base_unknowns_, positions, threads, execution)) {
         positions = std::move(carried);
     }
     MinimiseOptions options;
@@ -152,18 +117,18 @@ MinimiseReport PaperDecoder::solve_base(PaperWorkspace& workspace, int threads, 
     options.negligible_energy = energy_of(base_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);
-    return minimise(*base_, workspace.base, cholesky, base_unknowns_, options, positions, execution);
+    return minimise(encoding, base_unknowns_, cholesky, options, positions, execution);
 }
 
-MinimiseReport PaperDecoder::solve_coarse(PaperWorkspace& workspace, double tolerance, int threads,
-                                          Positions& positions, Execution& execution) const {
+MinimiseReport PaperDecoder::solve_coarse(double tolerance, int threads, Positions& positions,
+                                          Execution& execution) const {
     MinimiseOptions options;
     options.settled_decrease = kSettledPerTolerance * tolerance;
     options.max_iterations = kMostCoarseSteps;
     options.negligible_energy = energy_of(coarse_unknowns_, kRounding * diagonal_);
     options.threads = threads;
     SparseCholesky cholesky(instructions_);
-    return minimise(*coarse_, workspace.coarse, cholesky, coarse_unknowns_, options, positions, execution);
+    return minimise(hierarchy_.levels.front().encoding, coarse_unknowns_, cholesky, options, positions, execution);
 }
 
 std::size_t PaperDecoder::bytes() const {

@@ -2,18 +2,13 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/hierarchy/hierarchy.h"
-#include "meanvalue/mesh/components.h"
-#include "meanvalue/mesh/region.h"
 #include "meanvalue/optimise/unknowns.h"
-#include "meanvalue/paper/gauss_newton_system.h"
-#include "meanvalue/paper/gauss_seidel.h"
 #include "meanvalue/paper/levenberg_marquardt.h"
 
 namespace meanvalue {
@@ -32,30 +27,25 @@ class PaperDecoder : public Decoder {
     /// @throws also SolverFailure where the energy of the start or the result is not finite.
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
-    std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
+    std::unique_ptr<Workspace> make_workspace(const Execution& /*execution*/) const override {
+        return std::make_unique<Workspace>();
+    }
     Index row_count() const override { return static_cast<Index>(fine_.rows.size()); }
     std::size_t bytes() const override;
     std::vector<Index> level_sizes() const override;
     Index longest_ring() const override { return std::max(encoding_.longest_ring(), hierarchy_.longest_ring()); }
 
   private:
-    struct PaperWorkspace;
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
-    MinimiseReport solve_base(PaperWorkspace& workspace, int threads, Positions& positions,
-                              Execution& execution) const;
-    MinimiseReport solve_coarse(PaperWorkspace& workspace, double tolerance, int threads, Positions& positions,
-                                Execution& execution) const;
-    double fine_energy(const Positions& positions, int threads, const Execution& execution) const;
+    MinimiseReport solve_base(int threads, Positions& positions, Execution& execution) const;
+    MinimiseReport solve_coarse(double tolerance, int threads, Positions& positions, Execution& execution) const;
 
     double diagonal_;
     Unknowns fine_;
     Hierarchy hierarchy_;
     Unknowns coarse_unknowns_;
     Unknowns base_unknowns_;
-    std::optional<GaussNewtonSystem> coarse_;
-    std::optional<GaussNewtonSystem> base_;
-    std::optional<GaussSeidel> relaxation_;
 };
 
 }  // namespace meanvalue
