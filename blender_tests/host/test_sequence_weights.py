@@ -75,6 +75,27 @@ def test_anchors_come_and_go_along_a_clip(soft):
     assert off[18:].max() < 3e-3
 
 
+@pytest.mark.parametrize("vertices", [300, 3000])
+def test_a_part_whose_anchors_all_count_nothing_is_where_a_solve_from_rest_has_it(vertices):
+    """Also beside another part that goes on, and in meshes with coarse levels, which go on from the frame before."""
+    one, faces, _, _ = bar(vertices)
+    size = diagonal(one)
+    aside = np.array([0.0, size, 0.0])
+    points, faces = np.vstack([one, one + aside]), np.vstack([faces, faces + len(one)])
+    chosen = np.linspace(0, len(one) - 1, 12).astype(np.int32)
+    anchors = np.concatenate([chosen, chosen + len(one)])
+    deformer = meanvalue.Deformer(points, faces, anchors, strengths=np.ones(24))
+    targets = np.repeat(points[anchors][None], 8, axis=0)
+    targets[:, 12:, 2] += 0.3 * size
+    targets[:, :4, 2] += 0.02 * size * np.arange(8)[:, None]
+    weights = np.ones((8, 24))
+    weights[4:, 12:] = 0.0
+    shapes = deformer.solve_sequence(targets, weights=weights, overlap=0).vertices
+    for frame in (3, 4, 7):
+        alone = deformer.solve(targets[frame], weights=weights[frame], settle=True).vertices
+        assert np.abs(shapes[frame] - alone).max() < 1e-3 * size, frame
+
+
 def test_ramps_are_1_far_from_gaps_and_0_in_them():
     present = np.ones(60, bool)
     present[20:30] = present[34:40] = False

@@ -276,6 +276,22 @@ def test_a_mesh_that_was_changed_while_it_is_bound_is_not_written_to(timers, par
     assert part("live.roll").follower_of(obj).problem is None
 
 
+def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(timers, part, bound_slowly, monkeypatch):
+    obj, _control, gate = bound_slowly
+    engine = part("live.engine")
+    gate.waits = True
+    with monkeypatch.context() as rendering:
+        rendering.setattr(engine, "_notice_end_of_rendering", lambda: None)
+        engine.render_started()
+        obj.data.vertices.add(1)
+        update()
+    engine.render_ended()
+    part("live.render_notes").forget()  # there is no window to tell in that the render shows less
+    monkeypatch.undo()  # the next bind is none that waits
+    timers.run(1.0)
+    assert is_settled(obj)
+
+
 def test_large_meshes_alone_are_posed_while_they_are_bound(timers, part, monkeypatch):
     session, module, asked = part("solver.session"), part("solver.native_loader").module(), []
     start_bind = module.start_bind

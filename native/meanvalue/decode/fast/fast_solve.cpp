@@ -66,8 +66,11 @@ DecodeReport FastSolve::run(Positions& positions) {
     if (problem_.levels.front()->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
+    if (options_.is_kept && options_.previous != nullptr) put_free_parts_at_rest();
     set_soft_targets();
-    const bool is_cold = options_.previous == nullptr || (options_.is_kept && !leads_where_rest_does(positions));
+    Positions from_rest;  // none: not begun
+    const bool is_cold =
+        options_.previous == nullptr || (options_.is_kept && !leads_where_rest_does(positions, from_rest));
     // Another valley, or energy: the history is of no use.
     const bool leaves = is_cold && options_.previous != nullptr;
     if (leaves || work_.levels.front().energy.soft_weights != former_weights) {
@@ -85,7 +88,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         if (options_.is_kept || options_.is_last) lbfgs.step_tolerance *= kOfKept;
     };
     if (is_cold) {
-        start_cold(positions);
+        start_cold(from_rest, positions);
     } else {
         const StageTimer timer(timings_, "follow");
         start_warm(*options_.previous, positions);

@@ -56,14 +56,15 @@ class FastSolve {
     void relax_with_examples(Level level, int most_rounds, Positions& positions);
 
     // From rest.
-    void start_cold(Positions& positions);
+    void start_cold(Positions& from_rest, Positions& positions);
     std::vector<double> carrying_weights() const;
     void start_from_rest(Positions& positions);
     double relax(Level level, Positions& positions);
     double minimise_along(const HandlePaths::Path& path, Positions& positions);
 
     // From an earlier answer.
-    bool leads_where_rest_does(const Positions& goal);
+    bool leads_where_rest_does(const Positions& goal, Positions& from_rest);
+    void put_free_parts_at_rest();
     void start_warm(const Positions& previous, Positions& positions);
     void begin_drag(const Positions& previous);
     void suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal);
@@ -75,7 +76,8 @@ class FastSolve {
 
     const FastProblem& problem_;
     FastWorkspace& work_;
-    const DecodeOptions& options_;
+    DecodeOptions options_;
+    Positions previous_;  // none: as the options have it
     Execution& execution_;
     int threads_;
     Timings timings_;

@@ -22,8 +22,11 @@ constexpr int kMostRounds = 40;
 }  // namespace
 
 /// Places the free vertices from the rest shape, coarse to fine, so that the whole mesh remains to be minimized.
-void FastSolve::start_cold(Positions& positions) {
-    {
+/// @param from_rest what start_from_rest() gave, none: it is to be asked.
+void FastSolve::start_cold(Positions& from_rest, Positions& positions) {
+    if (from_rest.rows() > 0) {
+        positions.swap(from_rest);
+    } else {
         const StageTimer timer(timings_, "start");
         start_from_rest(positions);
     }
@@ -59,6 +62,7 @@ std::vector<double> FastSolve::carrying_weights() const {
 
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
+    pull_free_anchors_to(problem_.region.positions);
     if (options_.previous != nullptr) whole().bound.energy->soft_constraints().put(soft_targets(), positions);
     const Positions carried =
         carry_parts(problem_.components, problem_.region.positions, positions, carrying_weights());

@@ -1,6 +1,8 @@
 // FastSolve from an earlier answer, as while dragging.
+#include <algorithm>
 #include <utility>
 
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/decode/fast/fast_solve.h"
 
 namespace meanvalue {
@@ -48,9 +50,25 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& moves, 
         positions.row(free[k]) += answer.row(k);
 }
 
+/// Parts none of whose anchors counts begin at rest: no energy would lead them there.
+void FastSolve::put_free_parts_at_rest() {
+    if (options_.weights == nullptr || problem_.soft.empty()) return;
+    const std::vector<double> carrying = carrying_weights();
+    const auto is_held_at = [&](Index v) { return carrying[v] > kNegligible; };
+    std::vector<char> is_free;
+    for (const std::vector<Index>& held : problem_.components.fixed)
+        is_free.push_back(static_cast<char>(!held.empty() && std::none_of(held.begin(), held.end(), is_held_at)));
+    previous_ = *options_.previous;
+    for (Index v = 0; v < previous_.rows(); ++v) {
+        if (is_free[problem_.components.part_of[v]]) previous_.row(v) = problem_.region.positions.row(v);
+    }
+    options_.previous = &previous_;
+}
+
 /// Whether the answer before leads, on the coarsest level, to an energy as low as a solve from rest does. Where that
-/// is the whole mesh, rest is asked alone. @param goal n x 3, the fixed vertices.
-bool FastSolve::leads_where_rest_does(const Positions& goal) {
+/// is the whole mesh, rest is asked alone. @param goal n x 3, the fixed vertices. @param from_rest receives the start
+/// from rest, where it was made and leads elsewhere.
+bool FastSolve::leads_where_rest_does(const Positions& goal, Positions& from_rest) {
     if (problem_.levels.size() < 2 || has_examples()) return false;
     const Level level = coarsest();
     LbfgsOptions options = lbfgs_options(options_.max_iterations);
@@ -66,11 +84,12 @@ bool FastSolve::leads_where_rest_does(const Positions& goal) {
                             drivers_of(level.bound, *options_.previous, soft);
     respond(level, level.bound.stages.size() - 1, moves, led);
     const double energy = energy_at_end(led);
-    Positions from_rest = goal;
+    from_rest = goal;
     start_from_rest(from_rest);
-    const double energy_from_rest = energy_at_end(from_rest);
+    Positions at_end = from_rest;
+    if (energy_at_end(at_end) <= (1.0 - kLower) * energy) return false;
     set_soft_targets();  // those of free anchors were where rest has them
-    return energy_from_rest > (1.0 - kLower) * energy;
+    return true;
 }
 
 double FastSolve::least_move() const {
