@@ -12,7 +12,6 @@ namespace meanvalue::bindings {
 namespace {
 
 using LongArray = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
-using IndexArray = py::array_t<Index, py::array::c_style | py::array::forcecast>;
 
 std::string shape_text(const py::array& array) {
     return py::str(array.attr("shape"));
@@ -89,6 +88,22 @@ PositionsArray::PositionsArray(const py::object& values, const char* name) {
         throw InvalidInput(message(name, " has the type ", type_text(array), "; give ", kWanted));
     }
     array_ = FloatArray(array);
+}
+
+Positions own_positions(const py::object& values, const char* name) {
+    using Singles = py::array_t<float, py::array::c_style>;
+    const py::array array = as_array(values, name, "(n, 3) of float64");
+    if (!Singles::check_(array) || array.ndim() != 2 || array.shape(1) != 3)
+        return PositionsArray(array, name).view();
+    using Rows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+    return Eigen::Map<const Rows>(Singles(array).data(), array.shape(0), 3).cast<double>();
+}
+
+IndexArray as_edges(const py::object& values, const char* name) {
+    const py::array array = array_or_nothing(values);
+    if (!array || array.ndim() != 2 || array.shape(1) != 2)
+        throw InvalidInput(message(name, " are no array of the shape (m, 2); give the two vertices of each"));
+    return as_integers(array, name, "vertex");
 }
 
 Triangles as_triangles(const py::object& values, const char* name) {

@@ -21,6 +21,8 @@ using FloatArray = py::array_t<double, py::array::c_style | py::array::forcecast
 /// Nothing where numpy makes no array of it. Ctrl-C meanwhile is Ctrl-C, which py::array::ensure() would swallow.
 py::array array_or_nothing(const py::handle& values);
 
+using IndexArray = py::array_t<Index, py::array::c_style | py::array::forcecast>;
+
 /// Positions that came from Python, from an array or anything that numpy makes one of: float64 in C-order is seen
 /// without a copy, other real numbers are converted.
 class PositionsArray {
@@ -34,6 +36,9 @@ class PositionsArray {
     FloatArray array_;
 };
 
+/// As PositionsArray, for who keeps them: single precision is converted in one step.
+Positions own_positions(const py::object& values, const char* name);
+
 /// Positions of several shapes, from an array (k, n, 3) or a sequence of arrays. @throws InvalidInput as
 /// PositionsArray.
 std::vector<SharedPositions> own_shapes(const py::object& shapes, const char* name);
@@ -41,6 +46,10 @@ std::vector<SharedPositions> own_shapes(const py::object& shapes, const char* na
 /// From an array or anything that numpy makes one of. @throws InvalidInput where they are not (m, 3), not of an
 /// integer type, or out of the 32-bit range.
 Triangles as_triangles(const py::object& values, const char* name);
+
+/// Pairs of vertices, (m, 2), seen without a copy where they are int32 in C-order. @throws InvalidInput where they
+/// are not that, not of an integer type, or out of the 32-bit range.
+IndexArray as_edges(const py::object& values, const char* name);
 
 /// Faces of any number of corners: (m, k), a sequence of (k,) of different lengths, or a tuple of two arrays, offsets
 /// and corners as of Polygons. None where they are something else, as (m, 3). @throws InvalidInput where they are not

@@ -18,26 +18,15 @@
 namespace meanvalue::bindings {
 namespace {
 
-SurfaceWays::Edges as_edges(const py::object& values) {
-    const py::array array = array_or_nothing(values);
-    if (!array || array.ndim() != 2 || array.shape(1) != 2) {
-        throw ::meanvalue::InvalidInput("edges are no array of the shape (m, 2); give the two vertices of each");
-    }
-    const std::vector<Index> ends = as_indices(array.attr("reshape")(-1), "edges", "vertex");
-    SurfaceWays::Edges edges(ends.size() / 2);
-    for (std::size_t e = 0; e < edges.size(); ++e)
-        edges[e] = {ends[2 * e], ends[2 * e + 1]};
-    return edges;
-}
-
 std::shared_ptr<SurfaceWays> make_ways(const py::object& vertices, const py::object& edges, const py::object& faces,
                                        double gap, int threads) {
-    Positions positions = PositionsArray(vertices, "vertices").view();
-    const SurfaceWays::Edges owned = as_edges(edges);
+    Positions positions = own_positions(vertices, "vertices");
+    const IndexArray ends = as_edges(edges, "edges");
+    const Eigen::Map<const SurfaceWays::Edges> pairs(ends.data(), ends.shape(0), 2);
     const Triangles triangles = as_triangles(faces, "faces");
     const auto execution = std::make_shared<Execution>();
     return beside(execution, [&] {
-        return std::make_shared<SurfaceWays>(std::move(positions), owned, triangles, gap, thread_count(threads),
+        return std::make_shared<SurfaceWays>(std::move(positions), pairs, triangles, gap, thread_count(threads),
                                              *execution);
     });
 }

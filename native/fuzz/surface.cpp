@@ -13,13 +13,13 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 SurfaceWays::Edges read_edges(Bytes& bytes, const Mesh& mesh) {
-    SurfaceWays::Edges edges;
+    std::vector<Index> ends;
     for (Eigen::Index t = 0; t < mesh.faces.rows(); ++t) {
         for (int corner = 0; corner < 3; ++corner)
-            edges.emplace_back(mesh.faces(t, corner), mesh.faces(t, (corner + 1) % 3));
+            ends.insert(ends.end(), {mesh.faces(t, corner), mesh.faces(t, (corner + 1) % 3)});
     }
-    if (bytes.once_in(16)) edges.emplace_back(bytes.below(99) - 9, 0);
-    return edges;
+    if (bytes.once_in(16)) ends.insert(ends.end(), {bytes.below(99) - 9, 0});
+    return Eigen::Map<const SurfaceWays::Edges>(ends.data(), static_cast<Index>(ends.size() / 2), 2);
 }
 
 std::vector<Index> read_seeds(Bytes& bytes, const Mesh& mesh) {

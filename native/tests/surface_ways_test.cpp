@@ -11,8 +11,7 @@ namespace {
 /// vertices.
 SurfaceWays figure(Index rings, Index columns, int sleeves) {
     std::vector<Vector3> points;
-    SurfaceWays::Edges edges;
-    std::vector<Index> corners;
+    std::vector<Index> edges, corners;
     const auto add_lathe = [&](Index count, const auto& profile) {
         const auto first = static_cast<Index>(points.size());
         for (Index row = 0; row < count; ++row) {
@@ -21,10 +20,10 @@ SurfaceWays figure(Index rings, Index columns, int sleeves) {
                 const double turn = 6.283185307179586 * k / columns;
                 points.emplace_back(radius * std::cos(turn), radius * std::sin(turn), height);
                 const Index a = first + row * columns + k, b = first + row * columns + (k + 1) % columns;
-                edges.emplace_back(a, b);
+                edges.insert(edges.end(), {a, b});
                 if (row + 1 == count) continue;
-                edges.emplace_back(a, a + columns);
-                edges.emplace_back(a, b + columns);
+                edges.insert(edges.end(), {a, a + columns});
+                edges.insert(edges.end(), {a, b + columns});
                 corners.insert(corners.end(), {a, b, b + columns, a, b + columns, a + columns});
             }
         }
@@ -42,7 +41,9 @@ SurfaceWays figure(Index rings, Index columns, int sleeves) {
         positions.row(static_cast<Index>(v)) = points[v];
     const Triangles triangles =
         Eigen::Map<const Triangles>(corners.data(), static_cast<Index>(corners.size() / 3), 3);
-    return SurfaceWays(positions, edges, triangles, 0.03, 2, Execution());
+    const auto count = static_cast<Index>(edges.size() / 2);
+    return SurfaceWays(positions, Eigen::Map<const SurfaceWays::Edges>(edges.data(), count, 2), triangles, 0.03, 2,
+                       Execution());
 }
 
 TEST(SurfaceWays, ALimbIsAsLongOnAMeshOfManyVertices) {

@@ -44,50 +44,50 @@ constexpr std::ptrdiff_t kEnough = 20000, kOfGroup = 4;
 
 }  // namespace
 
-SurfaceWays::SurfaceWays(Positions positions, const Edges& edges, const TrianglesView& triangles, double gap,
+SurfaceWays::SurfaceWays(Positions positions, const EdgesView& edges, const TrianglesView& triangles, double gap,
                          int threads, const Execution& execution)
     : positions_(std::move(positions)) {
     const auto count = static_cast<Index>(positions_.rows());
-    DisjointSets parts(count);
-    first_neighbour_.assign(count + 1, 0);
-    for (std::size_t e = 0; e < edges.size(); ++e) {
+    for (Index e = 0; e < edges.rows(); ++e) {
         execution.check_every(e);
-        const auto [a, b] = edges[e];
-        if (std::min(a, b) < 0 || std::max(a, b) >= count) {
-            throw InvalidInput(
-                message("edge ", e, " is between vertices ", a, " and ", b, ", but there are ", count));
+        if (edges.row(e).minCoeff() < 0 || edges.row(e).maxCoeff() >= count) {
+            throw InvalidInput(message("edge ", e, " is between vertices ", edges(e, 0), " and ", edges(e, 1),
+                                       ", but there are ", count));
         }
-        parts.join(a, b);
-        ++first_neighbour_[a + 1];
-        ++first_neighbour_[b + 1];
     }
+    neighbours_ = grouped<Index>(count, [&](const auto& visit) {
+        for (Index e = 0; e < edges.rows(); ++e) {
+            visit(edges(e, 0), edges(e, 1));
+            visit(edges(e, 1), edges(e, 0));
+        }
+    });
+    DisjointSets parts(count);  // by their vertices, which mostly lie together: edges come in any order
+    part_of_.reserve(count);
     for (Index v = 0; v < count; ++v) {
+        for (const Index neighbour : neighbours_.of(v)) {
+            if (neighbour < v) parts.join(neighbour, v);
+        }
+    }
+    for (Index v = 0; v < count; ++v)
         part_of_.push_back(parts.root(v));
-        first_neighbour_[v + 1] += first_neighbour_[v];
-    }
-    neighbours_.resize(2 * edges.size());
-    std::vector<std::size_t> next(first_neighbour_.begin(), first_neighbour_.end() - 1);
-    for (const auto& [a, b] : edges) {
-        neighbours_[next[a]++] = b;
-        neighbours_[next[b]++] = a;
-    }
-    first_step_.assign(count + 1, 0);
     if (triangles.rows() == 0) return;
     if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= count) {
         throw InvalidInput(message("a triangle has a corner that is none of the ", count, " vertices"));
     }
     const Index part = part_of_[triangles(0, 0)];
-    const auto is_other = [&](const auto& edge) { return part_of_[edge.first] != part; };
-    if (std::any_of(edges.begin(), edges.end(), is_other)) find_steps(edges, triangles, gap, threads, execution);
+    bool is_one = true;
+    for (Index e = 0; e < edges.rows(); ++e)
+        is_one = is_one && part_of_[edges(e, 0)] == part;
+    if (!is_one) find_steps(edges, triangles, gap, threads, execution);
 }
 
 /// Where a vertex is near to another piece, and where an edge is that is longer than the gap is wide: an end may go
 /// deep into what it belongs to.
-void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles, double gap, int threads,
+void SurfaceWays::find_steps(const EdgesView& edges, const TrianglesView& triangles, double gap, int threads,
                              const Execution& execution) {
     const TriangleTree tree(positions_, triangles, part_of_, execution);
     const auto count = static_cast<Index>(positions_.rows());
-    std::vector<std::vector<Step>> found(piece_count(count) + piece_count(static_cast<Index>(edges.size())));
+    std::vector<std::vector<Step>> found(piece_count(count) + piece_count(static_cast<Index>(edges.rows())));
     const auto look = [&](std::vector<Step>& into, std::initializer_list<Index> from, const Vector3& at,
                           double reach) {
         if (!at.allFinite()) return;
@@ -106,16 +106,15 @@ void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles,
     parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             double shortest = kInfinite;
-            for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-                shortest = std::min(shortest, (positions_.row(neighbours_[k]) - positions_.row(v)).norm());
-            }
+            for (const Index neighbour : neighbours_.of(v))
+                shortest = std::min(shortest, (positions_.row(neighbour) - positions_.row(v)).norm());
             if (shortest < kInfinite) look(found[piece], {v}, positions_.row(v), std::max(gap, kNearEdge * shortest));
         }
     });
     const Index before = piece_count(count);
-    parallel_pieces(static_cast<Index>(edges.size()), threads, execution, [&](Index piece, Index begin, Index end) {
+    parallel_pieces(static_cast<Index>(edges.rows()), threads, execution, [&](Index piece, Index begin, Index end) {
         for (Index e = begin; e < end; ++e) {
-            const auto [a, b] = edges[e];
+            const Index a = edges(e, 0), b = edges(e, 1);
             const Vector3 from = positions_.row(a);
             const Vector3 along = Vector3(positions_.row(b)) - from;
             const bool is_long = gap > 0.0 && along.norm() > 2.0 * gap && along.allFinite();
@@ -124,18 +123,16 @@ void SurfaceWays::find_steps(const Edges& edges, const TrianglesView& triangles,
                 look(found[before + piece], {a, b}, from + k / places * along, gap);
         }
     });
-    for (const std::vector<Step>& some : found) {
-        for (const Step& step : some)
-            ++first_step_[step.from + 1];
-    }
-    for (Index v = 0; v < count; ++v)
-        first_step_[v + 1] += first_step_[v];
-    steps_.resize(first_step_.back());
-    std::vector<std::size_t> next(first_step_.begin(), first_step_.end() - 1);
-    for (const std::vector<Step>& some : found) {
-        for (const Step& step : some)
-            steps_[next[step.from]++] = step;
-    }
+    steps_ = grouped<Step>(count, [&](const auto& visit) {
+        for (const std::vector<Step>& some : found) {
+            for (const Step& step : some)
+                visit(step.from, step);
+        }
+    });
+}
+
+Grouped<SurfaceWays::Step>::Range SurfaceWays::steps_of(Index vertex) const {
+    return steps_.items.empty() ? Grouped<Step>::Range{nullptr, nullptr} : steps_.of(vertex);
 }
 
 std::vector<double> SurfaceWays::distances(const std::vector<Index>& seeds, double limit) const {
@@ -157,7 +154,8 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
     const std::size_t count = part_of_.size();
     std::vector<double> along(count, kInfinite);
     std::vector<Index> origin(count, -1);
-    std::vector<Eigen::Vector3f> gaps(steps_.empty() ? 0 : count, Eigen::Vector3f::Zero());  // that were stepped over
+    std::vector<Eigen::Vector3f> gaps(steps_.items.empty() ? 0 : count,
+                                      Eigen::Vector3f::Zero());  // that were stepped over
     using Way = std::pair<double, Index>;
     std::priority_queue<Way, std::vector<Way>, std::greater<>> queue;
     require_vertices(seeds);
@@ -179,12 +177,12 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
             queue.emplace(along[to], to);
             return true;
         };
-        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-            const Index to = neighbours_[k];
+        for (const Index to : neighbours_.of(v)) {
+            if (!(way < along[to])) continue;  // no way through here is shorter: half of the lengths are not needed
             if (reach(to, (positions_.row(to) - positions_.row(v)).norm()) && !gaps.empty()) gaps[to] = gaps[v];
         }
-        for (std::size_t k = first_step_[v]; k < first_step_[v + 1]; ++k) {
-            if (reach(steps_[k].to, steps_[k].length)) gaps[steps_[k].to] = gaps[v] + steps_[k].gap;
+        for (const Step& step : steps_of(v)) {
+            if (reach(step.to, step.length)) gaps[step.to] = gaps[v] + step.gap;
         }
         Vector3 straight = positions_.row(v) - positions_.row(origin[v]);
         if (!gaps.empty()) straight -= gaps[v].cast<double>();
@@ -197,8 +195,8 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
 std::vector<double> SurfaceWays::falloff(const std::vector<Index>& seeds, double limit, double free) const {
     require_vertices(seeds);
     for (const Index seed : seeds) {
-        for (std::size_t k = first_neighbour_[seed]; k < first_neighbour_[seed + 1]; ++k) {
-            const double length = (positions_.row(neighbours_[k]) - positions_.row(seed)).norm();
+        for (const Index neighbour : neighbours_.of(seed)) {
+            const double length = (positions_.row(neighbour) - positions_.row(seed)).norm();
             if (std::isfinite(length)) limit = std::max(limit, kLeastEdges * length);
         }
     }
@@ -241,8 +239,8 @@ SurfaceWays SurfaceWays::coarser(Index& vertex) const {
     for (Index v = 0; v < static_cast<Index>(group.size()); ++v) {
         if (group[v] >= 0) continue;
         group[v] = static_cast<Index>(middles.size());
-        for (std::size_t n = first_neighbour_[v]; n < first_neighbour_[v + 1]; ++n) {
-            if (group[neighbours_[n]] < 0) group[neighbours_[n]] = group[v];
+        for (const Index neighbour : neighbours_.of(v)) {
+            if (group[neighbour] < 0) group[neighbour] = group[v];
         }
         middles.push_back(v);
     }
@@ -254,31 +252,30 @@ SurfaceWays SurfaceWays::coarser(Index& vertex) const {
         const Index number = seen[group[middle]] = group[middle];
         const auto take = [&](Index v) {
             if (group[v] != number) return;
-            for (std::size_t n = first_neighbour_[v]; n < first_neighbour_[v + 1]; ++n) {
-                const Index other = group[neighbours_[n]];
-                if (std::exchange(seen[other], number) != number) result.neighbours_.push_back(other);
+            for (const Index neighbour : neighbours_.of(v)) {
+                const Index other = group[neighbour];
+                if (std::exchange(seen[other], number) != number) result.neighbours_.items.push_back(other);
             }
-            for (std::size_t n = first_step_[v]; n < first_step_[v + 1]; ++n)
-                result.steps_.push_back({number, group[steps_[n].to], steps_[n].length, steps_[n].gap});
+            for (const Step& step : steps_of(v))
+                result.steps_.items.push_back({number, group[step.to], step.length, step.gap});
         };
-        result.first_neighbour_.push_back(result.neighbours_.size());
-        result.first_step_.push_back(result.steps_.size());
+        result.neighbours_.offsets.push_back(static_cast<std::int64_t>(result.neighbours_.items.size()));
+        result.steps_.offsets.push_back(static_cast<std::int64_t>(result.steps_.items.size()));
         result.part_of_.push_back(group[part_of_[middle]]);
         take(middle);
-        for (std::size_t n = first_neighbour_[middle]; n < first_neighbour_[middle + 1]; ++n)
-            take(neighbours_[n]);
+        for (const Index neighbour : neighbours_.of(middle))
+            take(neighbour);
     }
-    result.first_neighbour_.push_back(result.neighbours_.size());
-    result.first_step_.push_back(result.steps_.size());
+    result.neighbours_.offsets.push_back(static_cast<std::int64_t>(result.neighbours_.items.size()));
+    result.steps_.offsets.push_back(static_cast<std::int64_t>(result.steps_.items.size()));
     return result;
 }
 
 double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distances, double least,
                                 double limit) const {
     double first = std::max(least, kFirstLevel * limit);
-    for (std::size_t k = first_neighbour_[vertex]; k < first_neighbour_[vertex + 1]; ++k) {
-        first = std::max(first, kFirstEdges * (positions_.row(neighbours_[k]) - positions_.row(vertex)).norm());
-    }
+    for (const Index neighbour : neighbours_.of(vertex))
+        first = std::max(first, kFirstEdges * (positions_.row(neighbour) - positions_.row(vertex)).norm());
     std::vector<double> levels;
     for (double level = first; level < limit && levels.size() < kMostLevels; level *= kLevelStep)
         levels.push_back(level);
@@ -286,10 +283,10 @@ double SurfaceWays::limb_within(Index vertex, const std::vector<double>& distanc
     for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {
         if (distances[v] == kInfinite) continue;
         const auto next = std::lower_bound(levels.begin(), levels.end(), distances[v]);
-        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-            const double far = distances[neighbours_[k]];
+        for (const Index neighbour : neighbours_.of(v)) {
+            const double far = distances[neighbour];
             for (auto level = next; level != levels.end() && *level < far; ++level) {
-                crossed[level - levels.begin()].emplace_back(v, neighbours_[k]);
+                crossed[level - levels.begin()].emplace_back(v, neighbour);
             }
         }
     }
@@ -321,8 +318,8 @@ double SurfaceWays::widest_ring(const std::vector<std::pair<Index, Index>>& cros
     }
     DisjointSets lines(static_cast<Index>(ends.size()));
     for (const Index v : ends) {
-        for (std::size_t k = first_neighbour_[v]; k < first_neighbour_[v + 1]; ++k) {
-            if (place[neighbours_[k]] >= 0) lines.join(place[v], place[neighbours_[k]]);
+        for (const Index neighbour : neighbours_.of(v)) {
+            if (place[neighbour] >= 0) lines.join(place[v], place[neighbour]);
         }
     }
     std::vector<Vector3> sums(ends.size(), Vector3::Zero());

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 
 namespace meanvalue {
@@ -13,13 +14,14 @@ namespace meanvalue {
 /// between them counts as nothing, so that layers over each other are equally far.
 class SurfaceWays {
   public:
-    using Edges = std::vector<std::pair<Index, Index>>;
+    using Edges = Eigen::Matrix<Index, Eigen::Dynamic, 2, Eigen::RowMajor>;
+    using EdgesView = Eigen::Ref<const Edges>;
 
     /// Nearly means as near as `gap`, or as half the shortest edge at a vertex.
     /// @param positions n x 3, of which some may not be finite. @param triangles the surfaces of the pieces, in the
     /// numbers of the vertices of `edges`; none: pieces stay apart.
     /// @throws InvalidInput for numbers of no vertex, Cancelled. Cost: linear for one piece, n log n for several.
-    SurfaceWays(Positions positions, const Edges& edges, const TrianglesView& triangles, double gap, int threads,
+    SurfaceWays(Positions positions, const EdgesView& edges, const TrianglesView& triangles, double gap, int threads,
                 const Execution& execution);
 
     /// n: about how far each vertex is from the nearest seed, infinite beyond `limit`, and -1 in pieces without a
@@ -55,9 +57,10 @@ class SurfaceWays {
 
     SurfaceWays() = default;
 
+    Grouped<Step>::Range steps_of(Index vertex) const;
     void require_vertices(const std::vector<Index>& seeds) const;
     std::vector<double> reach(const std::vector<Index>& seeds, double limit) const;
-    void find_steps(const Edges& edges, const TrianglesView& triangles, double gap, int threads,
+    void find_steps(const EdgesView& edges, const TrianglesView& triangles, double gap, int threads,
                     const Execution& execution);
     SurfaceWays coarser(Index& vertex) const;
     double limb_within(Index vertex, const std::vector<double>& distances, double least, double limit) const;
@@ -66,10 +69,8 @@ class SurfaceWays {
 
     Positions positions_;
     std::vector<Index> part_of_;
-    std::vector<std::size_t> first_neighbour_;  // n + 1
-    std::vector<Index> neighbours_;
-    std::vector<Step> steps_;              // by `from`
-    std::vector<std::size_t> first_step_;  // n + 1
+    Grouped<Index> neighbours_;
+    Grouped<Step> steps_;  // by `from`; empty where there are none
 };
 
 }  // namespace meanvalue
