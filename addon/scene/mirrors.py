@@ -79,9 +79,8 @@ def doubling(obj, rest, corners, starts, shapes=()):
 def _seams(obj, rest, corners, starts, shapes=()):
     """([row of each plane of Mirror modifiers], [n int32: itself for vertices in the plane in all shapes, else -1])."""
     planes, joined = [], []
-    in_plane = IN_PLANE * point_sets.bounding_box_diagonal(rest)
     for plane in _read(obj)[0]:
-        far = max(plane.reach, in_plane)
+        far = max(plane.reach, IN_PLANE * point_sets.bounding_box_diagonal(rest))
         apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
         seam = np.logical_and.reduce([each <= far for each in apart])
         if mirror_planes.is_a_border(seam, corners, starts):

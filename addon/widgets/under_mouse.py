@@ -104,12 +104,14 @@ def vertex_or_image(obj, place):
     there, itself or its image in Mirror modifiers, and what turns moves there into its own. None on all other copies.
     """
     positions, (corners, starts) = shown_shape.positions(obj), kept.faces(obj.data)
-    is_loose = np.full(len(positions), len(corners) > 0)  # what a loose vertex holds is not what was pressed
-    is_loose[corners] = False
     least, found = np.inf, None
     for matrix, shift in mirrors.images(obj):
         own = (matrix.T @ (place - shift)).astype(np.float32)
-        distances = np.where(is_loose, np.inf, np.linalg.norm(positions - own, axis=1))
+        x, y, z = (positions - own).T
+        distances = np.sqrt(x * x + y * y + z * z)
+        if len(corners) and not (corners == distances.argmin()).any():
+            # What a loose vertex holds is not what was pressed.
+            distances[np.bincount(corners, minlength=len(distances)) == 0] = np.inf
         if distances.min(initial=np.inf) < (1.0 - SAME) * least:
             least, found = distances.min(), (distances, matrix.T)
     if found is None:

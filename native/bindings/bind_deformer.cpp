@@ -114,8 +114,8 @@ Task start_bind(const py::object& vertices, const py::object& faces, const py::o
                 const std::string& loose, const std::string& method, int threads, bool portable,
                 const std::optional<py::object>& examples, const std::optional<py::object>& stiffness, bool early,
                 const SharedExecution& execution) {
-    const PositionsArray positions(vertices, "vertices");
-    Binding binding(positions.view(), std::make_shared<const Triangles>(triangles_of(faces, positions.view())), {},
+    const auto positions = std::make_shared<const Positions>(own_positions(vertices, "vertices"));
+    Binding binding(positions, std::make_shared<const Triangles>(triangles_of(faces, *positions)), {},
                     as_flags(roi, "roi"));
     give_anchors(anchors, handles, rigidity, strengths, border, stiffness, binding);
     binding.loose = loose_rule_from_name(loose);

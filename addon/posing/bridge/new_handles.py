@@ -55,8 +55,9 @@ def handle_at(obj, vertex):
 def near_vertices(obj, vertex, size):
     """Indices, int32, of what a handle of that Size holds at `vertex`: what is near over the surface, on all layers,
     and in no other handle. Pieces that lie completely within Size go along as they are, without being held."""
-    reach = region.radius(obj, size)
-    distances = region.Surface(obj, [vertex]).distances(reach, region.HANDLE_SHARE)
+    surface = region.Surface(obj, [vertex])
+    reach = size * surface.diagonal
+    distances = surface.distances(reach, region.HANDLE_SHARE)
     near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
     return near[(near == vertex) | ~np.isin(near, held)]

@@ -58,13 +58,13 @@ def weights(obj):
 
 
 class Surface:
-    """The mesh over which regions grow from the vertices `seeds`: its rest shape, with copies merged.
+    """The mesh over which regions grow from the vertices `seeds`: its rest shape, of that `diagonal`, copies merged.
 
     Distances go over edges, and over to another piece of the mesh where two touch or nearly touch, as clothes do.
     """
 
     def __init__(self, obj, seeds):
-        self._first, self._ways = _ways(obj)
+        self._first, (self._ways, self.diagonal) = _ways(obj)
         self._seeds = seeds if self._first is None else self._first[seeds]
 
     def distances(self, limit, share=1.0):
@@ -87,7 +87,7 @@ class Surface:
 
 
 def _ways(obj):
-    """(copies as of seams, the SurfaceWays over the mesh in which they are merged, which is kept of the last mesh)."""
+    """(copies as of seams, (the SurfaceWays over the mesh in which they are merged, the mesh's diagonal)); kept."""
     rest = shape_keys.rest_positions(obj.data)
     first = seams.copies(obj, rest)
     return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *seams.signature(obj))
@@ -99,12 +99,12 @@ def _made_ways(obj, rest, first):
         edges = first[edges]
         edges = edges[edges[:, 0] != edges[:, 1]]
     make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
-    ways = make(rest, edges, none)
+    ways, diagonal = make(rest, edges, none), point_sets.bounding_box_diagonal(rest)
     if np.count_nonzero(np.bincount(ways.parts) > 1) > 1:
         triangles = mesh_arrays.triangles(obj.data, rest)
         triangles = triangles if first is None else first[triangles]
-        ways = make(rest, edges, triangles, gap=NEARLY * point_sets.bounding_box_diagonal(rest))
-    return ways
+        ways = make(rest, edges, triangles, gap=NEARLY * diagonal)
+    return ways, diagonal
 
 
 def write(obj, weights):
@@ -133,8 +133,8 @@ def shown_size(obj):
 def suggested_size(obj, vertex, least=0.0):
     """The Size of the limb of a length of at least `least` that has the vertex, up to the body; None where it is on
     none."""
-    whole = radius(obj, 1.0)
-    return Surface(obj, [vertex]).limb(least, LONGEST_LIMB * whole) / whole or None
+    surface = Surface(obj, [vertex])
+    return surface.limb(least, LONGEST_LIMB * surface.diagonal) / surface.diagonal or None
 
 
 def around(obj, *handles):
@@ -144,7 +144,8 @@ def around(obj, *handles):
     handles = [handle for handle in handles if handle.size > 0.0]
     for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
         if len(seeds):
-            found = np.maximum(found, Surface(obj, seeds).falloff((1.0 - HANDLE_SHARE) * radius(obj, handle.size)))
+            surface = Surface(obj, seeds)
+            found = np.maximum(found, surface.falloff((1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)))
     return found
 
 

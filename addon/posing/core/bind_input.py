@@ -86,9 +86,10 @@ class BindInput:
     @cached_property
     def is_fixed(self):
         """n bool: the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
-        goes_along = np.zeros(int(self.solver_mesh.places.max(initial=-1)) + 1, bool)
-        goes_along[self.solver_mesh.places[self.hard_vertices]] = True
-        return ~self.roi & ~goes_along[self.solver_mesh.places]
+        places = self.solver_mesh.places
+        goes_along = np.zeros(int(places.max(initial=-1)) + 1, bool)
+        goes_along[places[self.hard_vertices]] = True
+        return ~self.roi & ~goes_along[places]
 
     @cached_property
     def hard_vertices(self):

@@ -31,7 +31,7 @@ def of(bind_input):
 
 
 class PlainMesh(whole_mesh.PlainMesh):
-    """The solver mesh of a mesh without planes and copies: itself."""
+    """The solver mesh of a mesh without planes and copies: itself, in float32, which the solver converts."""
 
     def __init__(self, bind_input):
         super().__init__(bind_input.rest)
@@ -40,7 +40,8 @@ class PlainMesh(whole_mesh.PlainMesh):
         self.handles, self.strengths, self.stiffness = bind_input.handles, bind_input.strengths, bind_input.stiffness
         self.border, self.border_strengths = bind_input.border, bind_input.border_strengths
 
-    held_rest = property(lambda self: self._of.rest[self._of.is_held])
+    rest = property(lambda self: self._own_rest)
+    held_rest = property(lambda self: self._of.rest.take(np.flatnonzero(self._of.is_held), axis=0))
 
     @staticmethod
     def examples(shapes):

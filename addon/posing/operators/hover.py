@@ -82,7 +82,7 @@ def _find(context, mouse):
             return None
         size = tool_choice.size_at(context, obj, pressed)
         surface = region.Surface(obj, [pressed.vertex])
-        freedom = surface.falloff(region.radius(obj, size), region.HANDLE_SHARE).astype(np.float32)
+        freedom = surface.falloff(size * surface.diagonal, region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
     tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)

@@ -34,8 +34,8 @@ def copies(rest, closes_seams, merge_distance, face_corners, face_starts):
     if merge_distance > 0.0:
         first = first_of_place(rest, max(merge_distance, rounding(rest) if closes_seams else 0.0))
     else:
-        first = native_loader.module().first_of_seams(rest, face_corners, face_starts, rounding(rest)).astype(np.int64)
-    return None if np.array_equal(first, np.arange(len(first))) else first
+        first = native_loader.module().first_of_seams(rest, face_corners, face_starts, rounding(rest))
+    return None if np.array_equal(first, np.arange(len(first), dtype=first.dtype)) else first.astype(np.int64)
 
 
 def rounding(rest):

@@ -29,8 +29,9 @@ class PlainMesh:
     """The whole of a mesh without copies and planes: itself."""
 
     def __init__(self, rest):
-        self._own_rest, self.rest = rest, rest.astype(np.float64)
+        self._own_rest = rest
 
+    rest = property(lambda self: self._own_rest.astype(np.float64))
     places = property(lambda self: np.arange(len(self._own_rest)))
 
     def _as_it_is(self, values):
