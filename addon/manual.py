@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on, in the browser.
 
-Each room says its page, and those of single operators that have others.
+Each room says its page, and those of single operators that have others. The add-on's entry in Preferences leads
+there too.
 """
 
 import pathlib
 
 import bpy
+
+from . import wording
+from .solver import native_loader
+from .widgets import panels
 
 #: The guide, put here when the add-on is packaged, and where it begins.
 FOLDER = pathlib.Path(__file__).resolve().parent / "manual"
@@ -39,3 +44,20 @@ def register(rooms):
 
 def unregister():
     bpy.utils.unregister_manual_map(meanvalue_manual_map)
+
+
+class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way
+    bl_idname = __package__
+
+    def draw(self, context):
+        box = self.layout.box()
+        box.label(text="Solver")
+        problem = native_loader.problem()
+        if problem:
+            panels.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
+        else:
+            ready = f"Ready, version {native_loader.module().__version__}"
+            box.label(text=ready, icon='CHECKMARK')
+        row = self.layout.row()
+        row.operator("wm.url_open", text="Documentation", icon='HELP').url = START
+        row.operator("meanvalue.copy_system_info", text="Copy System Info for a Bug Report", icon='URL')

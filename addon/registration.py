@@ -5,7 +5,7 @@ import importlib
 
 import bpy
 
-from . import handlers, manual, preferences, properties, rooms
+from . import handlers, manual, properties, rooms
 from .scene import object_model
 from .solver import job, native_loader, session
 from .widgets import base, overlay
@@ -24,7 +24,7 @@ ROOMS = tuple(
 )
 
 #: But for groups of settings, see properties.py.
-CLASSES = [preferences.MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
+CLASSES = [manual.MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
 CLASSES = [each for each in CLASSES if not issubclass(each, bpy.types.PropertyGroup)]
 
 #: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.

@@ -8,7 +8,7 @@ from .. import wording
 from ..errors import MeanValueError, require_none
 from ..live import engine
 from ..posing.bridge import scene_input
-from ..posing.operators.finish import remove_what_was_made
+from ..posing.operators.pose import remove_what_was_made
 from ..scene import baked, subject
 from ..scene.core import sample_times
 from ..widgets.background import BackgroundOperator

@@ -6,7 +6,7 @@ import bpy
 from ..rooms import Room
 from ..widgets import panels
 from . import panel, properties
-from .bridge import marker_pairs, pair_lines
+from .bridge import marker_pairs
 from .operators import import_motion, marker_problems, match_markers, pick_marker_point
 
 
@@ -24,6 +24,6 @@ ROOM = Room(
     menus=[panels.of_room("MEANVALUE_MT_capture", "Motion Capture", "Move the mesh by recorded markers", *OPERATORS)],
     blender_menus=[(bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu)],
     finders=[marker_pairs.mesh_of_marker],
-    painters=[pair_lines.paint],
+    painters=[marker_pairs.paint],
     chosen=[marker_pairs.note_active],
 )

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
 from .. import ids, wording
-from ..scene import mirrors, pose_key, seams, shape_keys, views
+from ..scene import kept, mirrors, pose_key, shape_keys, views
 from ..scene.declarations import aside
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
@@ -34,7 +34,7 @@ def _turn_region_around(obj):
     if not settings.roi_invert or obj.type != 'MESH' or obj.mode == 'EDIT' or obj.data.library or obj.override_library:
         return
     rest = shape_keys.rest_positions(obj.data)
-    held = scene_input.effective_region(region.weights(obj), seams.copies(obj, rest), mirrors.partners(obj, rest))
+    held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
     settings.roi_invert = False
     if settings.roi_group in obj.vertex_groups:
         region.write(obj, 1.0 - held)

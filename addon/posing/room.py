@@ -12,27 +12,25 @@ from .operators import (
     add_handle,
     copy_system_info,
     drive_by_bone,
-    finish,
     grab,
     handles,
-    hover,
     pose,
     region,
-    sample_rig_poses,
     select_problems,
     solve,
+    tool_choice,
 )
-from .ui import grab_tool, keymap, menus, overlay, panel
+from .ui import grab_tool, menus, overlay, panel
 
 
 def _register():
-    keymap.register()
+    grab_tool.register_keymap()
     grab_tool.register()
 
 
 def _unregister():
     grab_tool.unregister()
-    keymap.unregister()
+    grab_tool.unregister_keymap()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     overlay.forget()
@@ -59,7 +57,7 @@ def _remove_deleted():
 
 def _forget():
     controls.forget_moved_meshes()
-    hover.forget()
+    tool_choice.forget_hover()
     overlay_data.clear()
     orphans.note()
 
@@ -74,7 +72,7 @@ ROOM = Room(
     },
     modules=(
         *(handle_properties, properties, old_files),
-        *(grab, add_handle, handles, select_problems, pose, drive_by_bone, finish, solve, region, sample_rig_poses),
+        *(grab, add_handle, handles, select_problems, pose, drive_by_bone, solve, region),
         *(copy_system_info, panel, menus),
     ),
     settings={**properties.SETTINGS, **old_files.SETTINGS},
@@ -87,7 +85,7 @@ ROOM = Room(
         (bpy.types.VIEW3D_MT_object, menus.meanvalue_draw_object_menu),
         (bpy.types.VIEW3D_MT_edit_mesh, menus.meanvalue_draw_edit_mesh_menu),
     ],
-    scene_updated=[hover.forget],  # it may be of another shape
+    scene_updated=[tool_choice.forget_hover],  # it may be of another shape
     objects_changed=[_remove_orphans, _carry_over],
     chosen=[controls.note_active, lambda active: old_files.carry_over([active])],
     another_file=[orphans.forget, _carry_over],

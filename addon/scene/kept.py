@@ -2,6 +2,7 @@
 """What takes long to read of a mesh, or to make of that, kept until the mesh is edited. It is not to be written to.
 
 Blender tells of edits when it evaluates the scene: before each operator, and of our own writing too, which is none.
+The one reading of an object's seams is here, for all rooms: which of its vertices move as one.
 """
 
 import contextlib
@@ -10,7 +11,8 @@ import bpy
 import numpy as np
 
 from .. import compat
-from . import mesh_arrays
+from . import mesh_arrays, shape_keys
+from .core import welding
 
 _kept = {}  # of the mesh that was asked for last: {its key and counts: {name: (inputs, value)}}
 _ours = set()  # keys of the meshes that the add-on is writing to
@@ -64,3 +66,14 @@ def has_any():
 
 def clear():
     _kept.clear()
+
+
+def seam_settings(obj):
+    """The settings that say so, to be compared."""
+    return obj.meanvalue.close_seams, obj.meanvalue.merge_distance
+
+
+def copies(obj, rest=None):
+    """As of welding.copies(), in the rest shape, which may be at hand; None where each vertex is its own."""
+    rest, given = shape_keys.rest_positions(obj.data) if rest is None else rest, seam_settings(obj)
+    return of(obj.data, "copies", lambda: welding.copies(rest, *given, *faces(obj.data)), rest, *given)

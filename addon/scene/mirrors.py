@@ -9,7 +9,7 @@ import numpy as np
 from .. import wording
 from ..errors import SceneError
 from . import kept, rig_space
-from .core import mirror_planes, point_sets
+from .core import point_sets, whole_mesh
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
@@ -45,7 +45,7 @@ def images(obj):
     each image that Mirror modifiers show of it. None of those of which notes() tells."""
     found = [(np.eye(3), np.zeros(3))]
     for plane in _read(obj)[0]:
-        matrix, shift = mirror_planes.reflection(plane.row)
+        matrix, shift = whole_mesh.reflection(plane.row)
         found += [(matrix @ each, matrix @ moved + shift) for each, moved in found]
     return found
 
@@ -83,7 +83,7 @@ def _seams(obj, rest, corners, starts, shapes=()):
         far = max(plane.reach, IN_PLANE * point_sets.bounding_box_diagonal(rest))
         apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
         seam = np.logical_and.reduce([each <= far for each in apart])
-        if mirror_planes.is_a_border(seam, corners, starts):
+        if whole_mesh.is_a_border(seam, corners, starts):
             planes.append(plane.row)
             joined.append(np.where(seam, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
     return planes, joined
@@ -94,7 +94,7 @@ def partners(obj, rest):
     if obj.meanvalue.symmetric == 'NONE':
         return None
     row = _symmetric_row(obj)
-    return kept.of(obj.data, "twins", lambda: mirror_planes.partners(rest, *kept.faces(obj.data), row), rest, row)
+    return kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
 
 
 def _read(obj):

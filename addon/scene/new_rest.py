@@ -9,7 +9,7 @@ from .. import compat, wording
 from ..rooms import ALL
 from . import mesh_arrays, pose_key, shape_keys, subject
 from .core import motion
-from .core.rigid import unit
+from .core.motion import unit
 from .surface import Surface
 
 

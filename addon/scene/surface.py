@@ -5,7 +5,7 @@ import numpy as np
 
 from ..errors import InvalidMotionError
 from ..solver import native_loader
-from .core.rigid import unit
+from .core.motion import unit
 
 
 class Surface:

@@ -8,7 +8,7 @@ from ..errors import SceneError
 from ..scene import subject
 from ..widgets import picking
 from ..widgets.background import BackgroundOperator
-from .bridge import wrap_lines, wrap_scene
+from .bridge import wrap_scene
 
 
 class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
@@ -33,30 +33,30 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
 
     def prompt(self, obj):
         target = wrap_scene.target_of(obj)
-        what, where = ("a point", obj) if wrap_lines.begun is None else ("the same point", target)
+        what, where = ("a point", obj) if wrap_scene.begun is None else ("the same point", target)
         picked = wording.counted(len(obj.meanvalue.wrap.pairs), "pair")
         return f"Click {what} of '{where.name}'    {picked} picked    Backspace: Take Back    Enter: Done"
 
     def click(self, obj, view):
-        if wrap_lines.begun is None:
-            wrap_lines.begun = obj.name, picking.vertex_clicked(obj, view)
+        if wrap_scene.begun is None:
+            wrap_scene.begun = obj.name, picking.vertex_clicked(obj, view)
             return False
         self.place = picking.place_clicked(wrap_scene.target_of(obj), view)
-        self.vertex, wrap_lines.begun = wrap_lines.begun[1], None
+        self.vertex, wrap_scene.begun = wrap_scene.begun[1], None
         return True
 
     def take_back(self, obj):
         """The half of a pair that was clicked, else the last pair."""
         pairs = obj.meanvalue.wrap.pairs
-        if wrap_lines.begun is not None:
-            wrap_lines.begun = None
+        if wrap_scene.begun is not None:
+            wrap_scene.begun = None
             return False
         if pairs:
             pairs.remove(len(pairs) - 1)
         return True
 
     def end(self, context):
-        wrap_lines.begun = None
+        wrap_scene.begun = None
         super().end(context)
 
     def run(self, obj):

@@ -4,7 +4,7 @@
 from ..rooms import Room
 from ..widgets import panels
 from . import operators, panel, properties
-from .bridge import wrap_lines
+from .bridge import wrap_scene
 
 ABOUT = "Take the shape of a mesh that has other faces"
 ROOM = Room(
@@ -12,5 +12,5 @@ ROOM = Room(
     modules=(properties, operators, panel),
     settings=properties.SETTINGS,
     menus=[panels.of_room("MEANVALUE_MT_wrap", "Wrap", ABOUT, operators)],
-    painters=[wrap_lines.paint],
+    painters=[wrap_scene.paint],
 )

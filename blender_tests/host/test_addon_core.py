@@ -11,7 +11,7 @@ from addon.posing.core import springs
 from addon.posing.core.bind_input import BindInput, anchor_layout
 from addon.scene.core.point_sets import require_finite
 from addon.solver.core import fingerprint, result
-from addon.solver.core.deformer_cache import DeformerCache
+from addon.solver.session import DeformerCache
 
 
 def square(**changes):

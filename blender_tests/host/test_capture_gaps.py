@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.capture.core import filtering, gaps, readers
+from addon.capture.core import gaps, readers
 from addon.errors import InvalidMotionError
 from blender_tests.support import mesh_files, walking_figure
 
@@ -134,34 +134,34 @@ def wave(hertz, rate=100.0, frames=1000):
 def test_half_the_power_is_left_at_the_cut_off_and_nothing_is_delayed():
     for cutoff in (3.0, 6.0, 20.0):
         before = wave(cutoff)
-        after = filtering.low_pass(before, 100.0, cutoff)
+        after = gaps.low_pass(before, 100.0, cutoff)
         middle = slice(300, 700)
         assert np.sqrt((after[middle] ** 2).mean() / (before[middle] ** 2).mean()) == pytest.approx(2**-0.5, rel=5e-3)
         assert np.abs(after[middle] - 2**-0.5 * before[middle]).max() < 0.01
     slow = wave(0.5)
-    assert np.abs(filtering.low_pass(slow, 100.0, 10.0) - slow).max() < 2e-3
-    assert np.abs(filtering.low_pass(wave(30.0), 100.0, 6.0)[100:900]).max() < 0.01
+    assert np.abs(gaps.low_pass(slow, 100.0, 10.0) - slow).max() < 2e-3
+    assert np.abs(gaps.low_pass(wave(30.0), 100.0, 6.0)[100:900]).max() < 0.01
 
 
 def test_straight_paths_and_rest_are_kept_to_their_ends():
     line = np.linspace(0.0, 4.0, 200)[:, None, None] * [1.0, -2.0, 0.3] + [5.0, 0.0, 1.0]
-    assert np.abs(filtering.low_pass(line, 100.0, 6.0) - line).max() < 5e-3
+    assert np.abs(gaps.low_pass(line, 100.0, 6.0) - line).max() < 5e-3
     rest = np.full((50, 3, 3), 7.25)
-    assert np.abs(filtering.low_pass(rest, 100.0, 6.0) - rest).max() < 1e-12
+    assert np.abs(gaps.low_pass(rest, 100.0, 6.0) - rest).max() < 1e-12
 
 
 def test_gaps_separate_runs_and_stay(walk):
     holed = with_gap(with_gap(walk.clean, 4, 100, 120), 4, 121, 130)
-    after = filtering.low_pass(holed, 100.0, 8.0)
+    after = gaps.low_pass(holed, 100.0, 8.0)
     assert np.array_equal(np.isnan(after), np.isnan(holed))
     assert np.array_equal(after[120, 4], holed[120, 4])  # a single sample has nothing to be smoothed by
-    alone = filtering.low_pass(holed[:100], 100.0, 8.0)
+    alone = gaps.low_pass(holed[:100], 100.0, 8.0)
     assert np.abs(after[:100, 4] - alone[:, 4]).max() < 1e-12
-    other = filtering.low_pass(walk.clean, 100.0, 8.0)
+    other = gaps.low_pass(walk.clean, 100.0, 8.0)
     assert np.abs(after[:, 5] - other[:, 5]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("rate", "cutoff"), [(100.0, 50.0), (10.0, 6.0)])
 def test_impossible_cut_offs_are_refused(rate, cutoff):
     with pytest.raises(InvalidMotionError, match="Hz"):
-        filtering.low_pass(np.zeros((10, 1, 3)), rate, cutoff)
+        gaps.low_pass(np.zeros((10, 1, 3)), rate, cutoff)

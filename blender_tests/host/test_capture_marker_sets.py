@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.capture.core import known_sets, landmarks, marker_sets, on_body, readers
+from addon.capture.core import body, landmarks, marker_sets, readers
 from blender_tests.support import mesh_files, walking_figure
 
 
@@ -14,7 +14,7 @@ def test_the_generated_figure_has_the_common_41_markers():
     assert found.landmarks[walking_figure.LABELS.index("RKneeOut")] == "knee.R"
 
 
-@pytest.mark.parametrize("marker_set", known_sets.BUILT_IN)
+@pytest.mark.parametrize("marker_set", marker_sets.BUILT_IN)
 def test_built_in_sets_are_sound(marker_set):
     names = {place for places in marker_set.values() for place in places.split()}
     for landmark in names:
@@ -82,7 +82,7 @@ def test_limbs_without_landmarks_are_told(gone, limbs):
 
 def test_a_known_name_vouches_for_a_marker_that_is_not_far_away():
     distances, names = np.array([0.0, 0.2, 0.6, 0.3, 0.2]), ("heel.L", "toe.L", "knee.L", None, None)
-    assert [on_body.far(each, names, is_posed=True) for each in (distances, distances + 0.5)] == [[2, 3], []]
+    assert [body.far(each, names, is_posed=True) for each in (distances, distances + 0.5)] == [[2, 3], []]
 
 
 def test_a_landmark_is_given_once_and_unknown_names_are_none():

@@ -10,7 +10,7 @@ from addon.capture.core.body import Body
 from addon.capture.core.limb_posing import posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
 from addon.errors import InvalidMotionError
-from addon.scene.core.rigid import nearest_rotations
+from addon.scene.core.motion import nearest_rotations
 from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 

@@ -12,7 +12,7 @@ from addon.capture.core.matching import match_to_surface
 from addon.capture.core.retargeting import retarget
 from addon.capture.core.soles import find_stances, on_floor, standing
 from addon.errors import InvalidMotionError
-from addon.scene.core.rigid import fit_rotations
+from addon.scene.core.motion import fit_rotations
 from addon.scene.core.sample_times import runs
 from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure

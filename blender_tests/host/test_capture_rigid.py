@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from addon.scene.core.rigid import fit_rotations
+from addon.scene.core.motion import fit_rotations
 
 
 def random_rotations(rng, count):

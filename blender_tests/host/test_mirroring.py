@@ -9,7 +9,7 @@ from support.mirrored_bodies import body, part
 from addon.errors import SceneError
 from addon.posing.core import springs
 from addon.posing.core.bind_input import soft_border
-from addon.scene.core import mirror_planes
+from addon.scene.core import whole_mesh
 from blender_tests.host.test_messy_meshes import given as bind_input_of
 from native.benchmarks.rigid import rotation_about
 from native.benchmarks.shape_metrics import volume
@@ -68,7 +68,7 @@ def solved(given, triangles, positions, weights=None):
 
 def symmetric(vertices, triangles, groups, axis=0, **options):
     corners, starts = faces(triangles)
-    found = mirror_planes.partners(vertices.astype(np.float32), corners, starts, (*unit(axis), 0.0))
+    found = whole_mesh.partners(vertices.astype(np.float32), corners, starts, (*unit(axis), 0.0))
     return bind_input(vertices, triangles, groups, rows([axis]), found[None], **options)
 
 

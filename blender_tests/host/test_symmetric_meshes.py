@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from support.mirrored_bodies import body, part
 
-from addon.scene.core import mirror_planes
+from addon.scene.core import whole_mesh
 from blender_tests.host.test_mirroring import bind_input, faces, half, rows, solved, symmetric, three_handles, unit
 
 
@@ -18,7 +18,7 @@ def shuffled(vertices, triangles, seed=3):
 @pytest.mark.parametrize("axis", range(3))
 def test_twins_are_found(axis):
     vertices, triangles = shuffled(*body())
-    found = mirror_planes.partners(vertices.astype(np.float32), *faces(triangles), (*unit(axis), 0.0))
+    found = whole_mesh.partners(vertices.astype(np.float32), *faces(triangles), (*unit(axis), 0.0))
     assert (found[found] == np.arange(len(vertices))).all()
     assert np.abs(vertices[found] * (1.0 - 2.0 * unit(axis)) - vertices).max() < 1e-6
 
@@ -28,7 +28,7 @@ def test_twins_in_a_mesh_that_is_nearly_symmetric():
     size = np.linalg.norm(np.ptp(vertices, axis=0))
     noise = np.random.default_rng(1).uniform(-1.0, 1.0, vertices.shape) * 2e-4 * size
     shapes = (vertices + noise).astype(np.float32), vertices.astype(np.float32)
-    found, exact = (mirror_planes.partners(each, *faces(triangles), (1.0, 0.0, 0.0, 0.0)) for each in shapes)
+    found, exact = (whole_mesh.partners(each, *faces(triangles), (1.0, 0.0, 0.0, 0.0)) for each in shapes)
     assert np.array_equal(found, exact)
 
 
@@ -36,7 +36,7 @@ def test_twins_of_split_edges_follow_the_faces():
     vertices, triangles = body()
     own = vertices[triangles].reshape(-1, 3)  # every triangle has corners of its own
     split = np.arange(len(own), dtype=np.int32).reshape(-1, 3)
-    found = mirror_planes.partners(own.astype(np.float32), *faces(split), (1.0, 0.0, 0.0, 0.0))
+    found = whole_mesh.partners(own.astype(np.float32), *faces(split), (1.0, 0.0, 0.0, 0.0))
     assert (found >= 0).all()
     images = np.sort(found[split], axis=1)
     assert len(np.unique(images // 3)) == len(split) and (images // 3 == images[:, :1] // 3).all()
@@ -46,7 +46,7 @@ def test_what_has_no_twin_is_told():
     vertices, triangles = body()
     away = np.argmax(vertices[:, 0])
     vertices[away] += [0.0, 0.0, 0.05]
-    found = mirror_planes.partners(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
+    found = whole_mesh.partners(vertices.astype(np.float32), *faces(triangles), (1.0, 0.0, 0.0, 0.0))
     assert np.count_nonzero(found < 0) == 2 and found[away] == -1
 
 
@@ -95,7 +95,7 @@ def test_a_half_may_be_symmetric_across_another_plane():
     vertices, triangles = body()
     _numbers, own, given = half(vertices, triangles, (0,), three_handles)
     corners, starts = faces(own)
-    across = mirror_planes.partners(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
+    across = whole_mesh.partners(given.rest, corners, starts, (0.0, 1.0, 0.0, 0.0))
     groups = [np.flatnonzero(given.rest[:, 2] < -1.5), np.flatnonzero(given.rest[:, 1] > 0.6)]
     both = bind_input(given.rest, own, groups, rows([0, 1]), np.array([given.twins[0], across]))
     assert len(both.solver_mesh.rest) == len(vertices)
@@ -121,7 +121,7 @@ def test_many_vertices_in_one_place_beside_pairs_that_are_found():
     crowds = [np.array((side, 1.0, 1.0)) + 1e-4 * random.standard_normal((2_000, 3)) for side in (1.0, -1.0)]
     points = np.concatenate([pairs, pairs * (-1.0, 1.0, 1.0), *crowds])
     corners, starts = np.empty(0, np.int32), np.empty(0, np.int32)
-    found = mirror_planes.partners(points.astype(np.float32), corners, starts, (1.0, 0.0, 0.0, 0.0))
+    found = whole_mesh.partners(points.astype(np.float32), corners, starts, (1.0, 0.0, 0.0, 0.0))
     assert np.array_equal(found[:100], np.roll(np.arange(100), 50))
     paired = np.flatnonzero(found >= 0)
     assert np.array_equal(found[found[paired]], paired)
@@ -132,19 +132,19 @@ def test_planes_whose_seam_nothing_moves_are_left_out():
     _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
     seam = given.twins[0] >= 0
     away = np.flatnonzero(given.rest[:, 0] > 0.5)
-    assert mirror_planes.needed(given.planes, given.twins, ~seam, away) == (None, None)
+    assert whole_mesh.needed(given.planes, given.twins, ~seam, away) == (None, None)
     for roi, anchors in ((np.ones(len(seam), bool), away), (~seam, np.flatnonzero(seam)[:1])):
-        planes, joined = mirror_planes.needed(given.planes, given.twins, roi, anchors)
+        planes, joined = whole_mesh.needed(given.planes, given.twins, roi, anchors)
         assert np.array_equal(planes, given.planes) and np.array_equal(joined, given.twins)
 
 
 def test_only_a_border_is_a_seam():
     vertices, triangles = body()
     middle = np.abs(vertices[:, 0]) < 1e-6
-    assert not mirror_planes.is_a_border(middle, *faces(triangles))
+    assert not whole_mesh.is_a_border(middle, *faces(triangles))
     numbers, own = part(vertices, triangles, (0,))
-    assert mirror_planes.is_a_border(middle[numbers], *faces(own))
-    assert not mirror_planes.is_a_border(np.zeros(len(numbers), bool), *faces(own))
+    assert whole_mesh.is_a_border(middle[numbers], *faces(own))
+    assert not whole_mesh.is_a_border(np.zeros(len(numbers), bool), *faces(own))
     one = np.zeros(len(numbers), bool)
     one[5] = True
-    assert mirror_planes.is_a_border(one, *faces(own))
+    assert whole_mesh.is_a_border(one, *faces(own))

@@ -19,7 +19,7 @@ def test_a_loose_vertex_is_not_what_was_pressed(part):
     obj.data.vertices.add(1)
     obj.data.vertices[-1].co = place = np.add(obj.data.vertices[MIDDLE].co, (0.0, 0.0, 0.1))
     handles.update()
-    assert part("widgets.under_mouse").vertex_or_image(obj, place)[0] == MIDDLE
+    assert part("widgets.picking").vertex_or_image(obj, place)[0] == MIDDLE
 
 
 def half_sheet(axes=(True, False, False)):
@@ -42,7 +42,7 @@ def hit(obj, x, y):
 @pytest.mark.parametrize("x, y", [(5.1, 3.1), (-5.1, 3.1), (5.1, -3.1), (-5.1, -3.1), (-0.8, 2.9), (-0.2, 2.9)])
 def test_a_press_on_a_mirror_image_takes_the_vertex_that_it_is_of(part, x, y):
     obj = half_sheet((True, True, False))
-    vertex, turn = part("widgets.under_mouse").vertex_or_image(obj, hit(obj, x, y))
+    vertex, turn = part("widgets.picking").vertex_or_image(obj, hit(obj, x, y))
     expected = round(abs(y)) * 7 + round(abs(x))
     assert vertex == expected
     own = np.array(obj.data.vertices[expected].co)
@@ -54,8 +54,8 @@ def test_a_press_on_what_an_array_made_is_refused(part):
     obj = meshes.grid(7, 7, "Tile")
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
-    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 3.1, 3.1))[0] == 24
-    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 9.1, 3.1)) is None
+    assert part("widgets.picking").vertex_or_image(obj, hit(obj, 3.1, 3.1))[0] == 24
+    assert part("widgets.picking").vertex_or_image(obj, hit(obj, 9.1, 3.1)) is None
 
 
 def test_a_press_on_an_image_that_is_not_taken_into_account_is_refused(part):
@@ -64,7 +64,7 @@ def test_a_press_on_an_image_that_is_not_taken_into_account_is_refused(part):
     bend.factor = 0.0
     bpy.ops.object.modifier_move_to_index(modifier="Bend", index=0)
     handles.update()
-    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, -5.1, 3.1)) is None
+    assert part("widgets.picking").vertex_or_image(obj, hit(obj, -5.1, 3.1)) is None
 
 
 def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
@@ -73,11 +73,11 @@ def test_a_coarse_face_beside_fine_ones_can_be_pressed_in_its_middle(part):
     obj = meshes.make_object([(0, 0, 0), (30, 0, 0), (30, 9.9, 0), (0, 9.9, 0), *fine], [(0, 1, 2, 3), *faces])
     obj.modifiers.new("Array", 'ARRAY')
     handles.update()
-    assert part("widgets.under_mouse").vertex_or_image(obj, hit(obj, 5.0, 7.0)) is not None
+    assert part("widgets.picking").vertex_or_image(obj, hit(obj, 5.0, 7.0)) is not None
 
 
 def test_the_first_surface_is_the_one_that_blender_finds_and_sooner(part, monkeypatch):
-    pressed, add, down, found = part("widgets.under_mouse"), bpy.ops, Vector((0.1, 0.05, -1.0)), []
+    pressed, add, down, found = part("widgets.picking"), bpy.ops, Vector((0.1, 0.05, -1.0)), []
     monkeypatch.setattr(pressed.views, "is_pressable", lambda obj, context: True)
     ball, ape = add.surface.primitive_nurbs_surface_sphere_add, add.mesh.primitive_monkey_add
     for number, make in enumerate((ape, add.object.text_add, add.mesh.primitive_cylinder_add, ball)):

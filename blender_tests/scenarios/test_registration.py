@@ -74,7 +74,7 @@ def test_register_and_unregister_by_hand():
 def test_shortcuts_are_those_that_are_told(part):
     if bpy.context.window_manager.keyconfigs.addon is None:
         pytest.skip("this Blender has no shortcuts of add-ons in the background")
-    known = part("posing.ui.keymap").SHORTCUTS
+    known = part("posing.ui.grab_tool").SHORTCUTS
     assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in known)
 
 
@@ -99,7 +99,7 @@ def test_shortcuts_are_free_in_blenders_own_keymap(part):
         for _operator, event, _properties in content["items"]
     }
     assert ("Mesh", 'P', False, False, False) in taken
-    for keymap, operator, _properties, key, modifiers in part("posing.ui.keymap").SHORTCUTS:
+    for keymap, operator, _properties, key, modifiers in part("posing.ui.grab_tool").SHORTCUTS:
         for name in (keymap, *ABOVE, *BELOW):
             wanted = (name, key, *(modifiers.get(modifier, False) for modifier in ("ctrl", "alt", "shift")))
             assert wanted not in taken, operator

@@ -47,7 +47,7 @@ def set_value(obj, name, value):
 
 def miss(obj, truth):
     """rms distance, after the best rigid fit: where a mix without anchors stands is not said by its shapes."""
-    fit_rotations = installed.part("scene.core.rigid").fit_rotations
+    fit_rotations = installed.part("scene.core.motion").fit_rotations
     placed = shown(obj)
     rotation = fit_rotations(placed, truth)
     off = (placed - placed.mean(axis=0)) @ rotation.T - (truth - truth.mean(axis=0))

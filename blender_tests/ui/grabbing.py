@@ -90,7 +90,7 @@ def a_limb_is_suggested_and_shown_before_the_press(ui):
     yield from ui.pause(1.0)
     yield from ui.screenshot("grab_hover_body")
     start = ui.project((-5.7, -0.3, 0.0))  # away from the sidebar
-    hover = installed.part("posing.operators.hover")
+    hover = installed.part("posing.operators.tool_choice")
     yield from ui.move_mouse(*start)
     yield from ui.wait_until(lambda: hover._found is not None and hover._found.place.x < -5.0, "it is shown")
     assert abs(hover._found.size * whole - 3.7) < 0.6, hover._found.size * whole

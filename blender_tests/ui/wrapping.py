@@ -45,7 +45,7 @@ def pairs_are_clicked_and_one_is_fitted_onto_the_other(ui):
     height = np.ptp([point.co.z for point in key.data])
     assert abs(height - 3.0) < 0.1, height
     yield from ui.screenshot("wrap_02_fitted")
-    ends = installed.part("wrapping.bridge.wrap_lines").lines(obj).ends.reshape(-1, 2, 3)
+    ends = installed.part("wrapping.bridge.wrap_scene").lines(obj).ends.reshape(-1, 2, 3)
     distances = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
     assert len(ends) == 3 and distances.max() < 0.15, distances  # half an edge: what was picked are vertices
 

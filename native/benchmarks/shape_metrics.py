@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from addon.scene.core.rigid import nearest_rotations
+from addon.scene.core.motion import nearest_rotations
 
 
 def farthest_points(edges, vertices, count):

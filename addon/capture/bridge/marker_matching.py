@@ -3,6 +3,7 @@
 
 All of it is in the space of the world, where lengths mean something and there is an up; only what is written for the
 object is in its own. Nothing here touches Blender.
+The artist is told of what could be better.
 """
 
 import functools
@@ -14,10 +15,10 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import motion, point_sets
 from ...solver.job import result_of
-from ..core import alignment, cuffs, filtering, gaps, matching, on_body, retargeting, soles
+from ..core import alignment, cuffs, gaps, landmarks, matching, retargeting, soles
+from ..core import body as bodies
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
-from . import match_notes
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
@@ -72,7 +73,7 @@ def steps(given):
     sample = int(np.abs(given.standing.frames - options.reference_frame).argmin())
     frame = float(given.standing.frames[sample])
     markers, notes = _chosen(given, frame, path, _reference(given, sample))
-    notes += [*match_notes.of_frame(given, frame), *match_notes.of_retargeting(given, markers)]
+    notes += [*notes_of_frame(given, frame), *notes_of_retargeting(given, markers)]
     yield "aligning", 0.3
     body = Body(surface, given.is_skeleton)
     to_mesh, words = _alignment(given, markers, body)
@@ -84,7 +85,7 @@ def steps(given):
         laid, actor = posed_and_actor(laid, markers.landmarks, body)
         markers = replace(markers, reference=laid, actor=actor)
     yield "matching", 0.5
-    far = on_body.far(surface.nearest(laid)[3] / body.height, markers.landmarks, options.pose_limbs)
+    far = bodies.far(surface.nearest(laid)[3] / body.height, markers.landmarks, options.pose_limbs)
     far = {markers.labels[row] for row in far} - given.fixed.keys()
     if far and options.is_of_body:
         return (yield from steps(replace(given, others=given.others | far)))
@@ -134,7 +135,7 @@ def _mended(given, recording):
 @functools.lru_cache(maxsize=2)  # a take and its reference: picking points, one after the other, does not change them
 def _filled(content, shape, longest, rate_hz, cutoff_hz):
     path, _how = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
-    return path if cutoff_hz is None else filtering.low_pass(path, rate_hz, cutoff_hz)
+    return path if cutoff_hz is None else gaps.low_pass(path, rate_hz, cutoff_hz)
 
 
 def _reference(given, sample):
@@ -161,14 +162,14 @@ def _chosen(given, frame, path, reference):
     known = np.array([bool(given.landmarks[name]) or name in given.fixed for name in names])
     kept = np.ones(len(names), bool)
     if given.options.is_of_body:
-        kept = known if given.is_skeleton else on_body.goes_along(path[:, seen], reference[seen], known)
+        kept = known if given.is_skeleton else bodies.goes_along(path[:, seen], reference[seen], known)
         kept = kept & [name not in given.others or name in given.fixed for name in names]
     if not kept.any():
         raise SceneError(
             f"None of {wording.counted(len(seen), 'joint')} has a known place on the body. Choose the Landmark of "
             "hips, knees, ankles, neck, shoulders, elbows and wrists in the list"
         )
-    notes = list(match_notes.of_left_out(given, [names[row] for row in np.flatnonzero(~kept)]))
+    notes = list(notes_of_left_out(given, [names[row] for row in np.flatnonzero(~kept)]))
     if unseen:
         notes.append(
             f"Not seen in {where}, and without a handle: {wording.quoted(unseen)}. Choose a frame that has them, or "
@@ -190,7 +191,7 @@ def _alignment(given, markers, body):
         return motion.IDENTITY, []
     if given.options.align == 'AUTO':
         found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
-        return found.matrix, [*match_notes.of_limbs(markers, found.scale), *match_notes.of_alignment(found)]
+        return found.matrix, [*notes_of_limbs(markers, found.scale), *notes_of_alignment(found)]
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     picked = markers.reference[rows], given.surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not all(map(point_sets.span_a_plane, picked)):
@@ -227,4 +228,69 @@ def _cuffs(given, markers, match, found, to_object):
     for cuff in (*found, *of_limbs):
         centre, centres = (motion.apply(to_object, points) for points in (cuff.centre, cuff.centres))
         result.append(replace(cuff, centre=centre, radius=scale * cuff.radius, centres=centres))
-    return result, match_notes.of_cuffs(result, refused)
+    return result, notes_of_cuffs(result, refused)
+
+
+#: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
+DOUBTFUL, POOR = 1.1, 0.03
+
+
+def notes_of_frame(given, frame):
+    """Says so where the take has no frame like the one that was asked for; that one is the nearest."""
+    frames = given.standing.frames
+    if not frames[0] - 1.0 <= given.options.reference_frame <= frames[-1] + 1.0:
+        yield (
+            f"'{given.standing.name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
+            f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
+        )
+
+
+def notes_of_retargeting(given, markers):
+    if given.options.mode == 'RETARGET' and given.picked.isdisjoint(markers.labels):
+        yield (
+            "Retarget takes the character's lengths from picked points, and none are picked. Pick the points of hips, "
+            "knees, ankles, shoulders, elbows and wrists, and match again"
+        )
+
+
+def notes_of_left_out(given, names):
+    """Says which markers have no handle, as they are not on the body, or which joints, as their place is not known."""
+    if names:
+        what, why = ("joint", "without a known place") if given.is_skeleton else ("marker", "that nothing shows to be")
+        yield (
+            f"No handle for {wording.counted(len(names), what)} {why} on the body: {wording.quoted(names)}. Choose a "
+            "Landmark, or pick the point, of those that should have one"
+        )
+
+
+def notes_of_limbs(markers, scale):
+    """Says so where no marker is known to be on arms or legs."""
+    unknown = landmarks.unknown_limbs(markers.landmarks)
+    if unknown:
+        known = sum(1 for place in markers.landmarks if place)
+        yield (
+            f"Nothing holds {wording.listed(unknown)}, nor tells how they lie: the place on the body is known of "
+            f"{known} of {wording.counted(len(markers.labels), 'marker')}, scaled by {scale:.3g}. If there are markers "
+            "of shoulders, elbows, hips and knees, choose their Landmark and match again; else pin what should stay"
+        )
+
+
+def notes_of_alignment(found):
+    """Says so where an Alignment may be wrong."""
+    other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
+    if other or found.quality > POOR:
+        yield (
+            f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
+            f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
+        )
+
+
+def notes_of_cuffs(found, refused):
+    """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
+    if found:
+        yield f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.segment for cuff in found)}"
+    if refused:
+        yield (
+            f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
+            f"{max(refused.values()):.2g} of their distance from the axis ({cuffs.ROLL:.2g} is allowed)"
+        )

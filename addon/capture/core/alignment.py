@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InvalidMotionError
 from ...scene.core import motion
-from ...scene.core.rigid import nearest_rotations, turns_between
+from ...scene.core.motion import nearest_rotations, turns_between
 from . import facing
 from . import landmarks as places
 from .body import Body

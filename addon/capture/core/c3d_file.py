@@ -14,7 +14,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import MotionFileError
-from . import model_outputs, units
+from . import marker_sets, units
 from .c3d_parameters import BLOCK, NUMBER_FORMATS, Parameters
 from .recording import Recording, Take, usable_rate
 
@@ -35,7 +35,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         file=file,
         rate_hz=rate,
         labels=labels,
-        kinds=model_outputs.kinds(labels, model_outputs.listed_in(parameters)),
+        kinds=marker_sets.kinds(labels, marker_sets.listed_in(parameters)),
         positions=positions,
         unit=_unit(parameters.strings("POINT", "UNITS"), positions),
         up_axis=_screen_up(parameters),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...scene.core.motion import fit_rotations, unit
 from ...scene.core.point_sets import parts
-from ...scene.core.rigid import fit_rotations, unit
 from . import landmarks as places
 from .hip_centres import with_hips
 

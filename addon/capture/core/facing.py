@@ -7,7 +7,7 @@ forearm is rolled is seen by nothing else of its shape.
 
 import numpy as np
 
-from ...scene.core.rigid import unit
+from ...scene.core.motion import unit
 from . import landmarks as places
 
 #: (outward to its side, forward).

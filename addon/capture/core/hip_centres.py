@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations
+from ...scene.core.motion import fit_rotations
 
 HIPS, FRONT = ("hip.L", "hip.R"), ("pelvis.front.L", "pelvis.front.R")
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations, turns_between, unit
+from ...scene.core.motion import fit_rotations, turns_between, unit
 
 #: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
 #: rounds of refinement.

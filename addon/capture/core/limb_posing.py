@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.rigid import unit
+from ...scene.core.motion import unit
 from . import facing, proportions
 from .hip_centres import hips_of
 from .landmarks import side_of

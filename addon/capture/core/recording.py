@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import MotionFileError
-from . import units, upright
-from .model_outputs import UNLABELLED
+from . import units
+from .marker_sets import UNLABELLED
 
 #: Meters from the origin beyond which a sample is no measurement but a damaged number.
 FARTHEST = 1e4
@@ -71,7 +71,7 @@ class Recording:
     #: Frames a second; None where the file does not say: then they are `usual_rate`.
     rate_hz: float | None = None
     usual_rate: float = 100.0
-    #: For each label None or, of what is no marker, what it is (model_outputs.py); empty: all are markers.
+    #: For each label None or, of what is no marker, what it is (marker_sets.py); empty: all are markers.
     kinds: list[str | None] = field(default_factory=list)
     #: What the file calls its unit, "" where it does not say.
     unit: str = ""
@@ -95,12 +95,12 @@ class Recording:
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
             self._clean(self.positions)
             labels, positions = self._markers(left_out)
-            up, largest = upright.by_names(labels, positions)
+            up, largest = units.by_names(labels, positions)
             positions *= self._metres(positions, largest, unit)
             told, usual = self.up_axis, self.usual_up[0]
             # An arm may be held in any direction.
-            if up is None or (told if largest == np.inf else not told and upright.lies(positions, up, usual)):
-                up = upright.by_floor(positions, told)
+            if up is None or (told if largest == np.inf else not told and units.lies(positions, up, usual)):
+                up = units.by_floor(positions, told)
             positions = units.turn_up(positions, self._up(up, up_axis))
         self._drop_damaged(positions)
         positions.flags.writeable = False

@@ -4,10 +4,10 @@
 import numpy as np
 
 from ...errors import InvalidMotionError
-from ...scene.core.rigid import turns_between
+from ...scene.core.motion import turns_between
 from . import landmarks as places
 from .hip_centres import carried, hips_of, with_hips
-from .marker_graph import marker_graph
+from .matching import marker_graph
 
 #: Degrees between the ways that reference and character look.
 MOST_TURNED = 60.0

@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations, turns_between, unit
+from ...scene.core.motion import fit_rotations, turns_between, unit
 from ...scene.core.sample_times import runs
 from . import landmarks as places
 from .cuffs import Cuff, spread
-from .filtering import low_pass
+from .gaps import low_pass
 from .hip_centres import carried
 
 #: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from . import model_outputs
+from . import marker_sets
 from .recording import Recording, Take, usable_rate
 from .text_lines import Lines, cells, number_in, quoted
 
@@ -25,7 +25,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         file=file,
         rate_hz=_rate(keys, table[:, 1], notes),
         labels=labels,
-        kinds=model_outputs.kinds(labels),
+        kinds=marker_sets.kinds(labels),
         positions=table[:, 2:].reshape(len(table), len(labels), 3),
         unit=keys.get("units", ""),
         usual_up=("Y", "as OpenSim and most TRC files have it"),

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Units of length and upright axes of motion capture files: what they are called, and plausible guesses."""
+"""Units of length and upright axes of motion capture files: what they are called, and plausible guesses.
+Which axis is up is told by where the parts of the body are while they move."""
+
+import re
 
 import numpy as np
 
@@ -73,3 +76,72 @@ def guess_unit(extent: float) -> tuple[float, str]:
 def length(metres: float) -> str:
     """Meters as people say it: "1.4 cm", "1.75 m"."""
     return f"{100.0 * metres:.2g} cm" if metres < 0.995 else f"{metres:.3g} m"
+
+
+#: What names have in them: the height over that of the standing body. What fits first counts.
+_HEIGHTS = tuple((re.compile(words), height) for words, height in (
+    (r"(?<!h)ank|mal(l|$)|(?<!w)heel|hee$|foot|toe|mt\d|metat|calc|cal$", 0.03), ("shank|shin|tib|fib", 0.2),
+    ("pelvi|hip|asi|psi|sacr|waist|up_?leg|upper_?leg", 0.55), ("thigh|thi$|fem", 0.42), ("kne|leg|calf", 0.28),
+    ("wri|wr[ab]$|hand|styl", 0.48), ("elb|epicond", 0.63), ("head|skull|nose|ear$|[fb]hd", 0.94), ("neck|c7$", 0.85),
+    ("should|sho(?!e)|acr|clav|collar|scap", 0.81), ("chest|stern|strn|thora|^tv?10$", 0.74), ("spine|back|bak$", 0.67),
+))  # fmt: skip
+#: The share of markers whose heights must be known; the cosine of the angle to an axis within which a body is along it;
+#: heights that who crawls travels farther along the body than across; share of the height that all but a limb spans;
+#: heights, as its parts tell it, that a body may be large, with its arms spread or as it bends.
+KNOWN, ALONG, CRAWLS, WHOLE, LARGEST = 0.2, 0.7, 0.6, 0.5, 1.6
+#: Meters that nothing of who lies is above the floor, on a bed.
+LYING = 1.0
+
+
+def by_names(labels, positions):
+    """(axis, largest): one of UP_AXES, along which what is higher on a body by its name is higher, mostly,
+    None without such names or where that is not clear; how large one person is at most, whatever else is captured,
+    infinite if the parts are no more than an arm, a shank or a trunk.
+
+    labels  m names; positions  (f, m, 3), NaN for what is missing.
+    """
+    names = [label[-100:].rsplit(":", 1)[-1].casefold() for label in labels]
+    heights = np.array([next((height for words, height in _HEIGHTS if words.search(name)), np.nan) for name in names])
+    levels = np.unique(heights[~np.isnan(heights)])
+    if np.isnan(heights).mean() > 1.0 - KNOWN:
+        return None, np.inf
+    parts = [few(positions)[:, heights == level] for level in levels]
+    middles = np.stack([np.nansum(part, axis=1) / (~np.isnan(part)).sum(axis=1) for part in parts])
+    is_often_seen = np.isfinite(middles).all(axis=2).mean(axis=1) > 0.5
+    levels, middles = levels[is_often_seen], middles[is_often_seen]
+    middles = middles[:, np.isfinite(middles).all(axis=(0, 2))]
+    if len(levels) < 2 or middles.shape[1] == 0:
+        return None, np.inf
+    ways = np.tensordot(levels - levels.mean(), middles, 1) / (levels @ (levels - levels.mean()))
+    lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-12)
+    mean = np.median(ways / lengths, axis=0)
+    travel = np.ptp(np.quantile(middles.mean(axis=0), [0.05, 0.95], axis=0), axis=0)
+    axis = int(np.argmax(np.abs(mean)))
+    crawls = travel[axis] > np.delete(travel, axis).max() + CRAWLS * np.median(lengths)
+    up = ("-" if mean[axis] < 0.0 else "") + "XYZ"[axis] if np.abs(mean[axis]) > ALONG and not crawls else None
+    return up, LARGEST * np.quantile(lengths, 0.95) if np.ptp(levels) > WHOLE else np.inf
+
+
+def by_floor(positions, told):
+    """The one of "Y" and "Z", or of what is told and its opposite, along which the markers, (f, m, 3) in metres, stand
+    on a floor at 0: feet stay near it in nearly every frame and heads far above it. None if it is not just one."""
+    found = [up for up in ((told[-1], "-" + told[-1]) if told else "YZ") if _stands(_levels(positions, up))]
+    return found[0] if len(found) == 1 else None
+
+
+def lies(positions, up, usual):
+    """Whether the markers, (f, m, 3) in metres, are of one who lies, along an axis `up`, low above a floor at 0 of the
+    axis that is up by custom: all of them, throughout, and along `up` is no floor."""
+    lows, highs = _levels(positions, usual)
+    return lows[0] > -0.03 and highs[1] < LYING and not _stands(_levels(positions, up))
+
+
+def _levels(positions, up):
+    """(lows, highs): what the lowest and the highest marker of a frame are above usually, and below."""
+    heights = turn_up(few(positions), up)[..., 2]
+    return [np.quantile(ends(heights, axis=1), [0.05, 0.95]) for ends in (np.nanmin, np.nanmax)]
+
+
+def _stands(levels):
+    lows, highs = levels
+    return lows[0] > -0.15 and lows[1] < 0.35 and highs[0] > 0.7 and highs[1] < 2.8

@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import require_none
-from ...scene import actions, key_marks, key_reading, mesh_arrays, mirrors, object_model, seams, shape_keys
+from ...scene import actions, kept, key_marks, key_reading, mesh_arrays, mirrors, object_model, shape_keys
 from ...scene.baked import names_in
 from ...scene.core import welding
 from ...scene.key_marks import Role
@@ -113,7 +113,7 @@ def gather(obj):
     parts, faces = key_reading.parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
     rest, shapes = parts["rest"], parts["points"]
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    copies = welding.together(seams.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
+    copies = welding.together(kept.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
     planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
     triangles = mesh_arrays.triangles(obj.data, rest)
     return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
@@ -124,7 +124,7 @@ def _sliders(obj):
 
 
 def _signature(obj):
-    return len(obj.data.vertices), _sliders(obj), seams.signature(obj), mirrors.signature(obj)
+    return len(obj.data.vertices), _sliders(obj), kept.seam_settings(obj), mirrors.signature(obj)
 
 
 READING = object_model.Kind(

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import rig_space, seams, shape_keys, views
+from ...scene import kept, rig_space, shape_keys, views
 from . import controls, limbs, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
@@ -43,7 +43,7 @@ def make_pin(handle):
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
     has."""
-    first = seams.copies(obj)
+    first = kept.copies(obj)
     copies = [vertex] if first is None else np.flatnonzero(first == first[vertex])
     handles = obj.meanvalue.handles[:]
     for number, held in enumerate(members.of(obj, handles)):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import kept, mesh_arrays, mirrors, object_model, seams, shape_keys, shown_shape
+from ...scene import kept, mesh_arrays, mirrors, object_model, shape_keys, shown_shape
 from ..core import bind_input, tinted_faces
 from . import members, scene_input, targets
 
@@ -86,7 +86,7 @@ def _read(obj, stamp, positions):
     anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if obj.meanvalue.roi_group in obj.vertex_groups:
-        copies = seams.copies(obj, rest)
+        copies = kept.copies(obj, rest)
         freedom = scene_input.effective_region(scene_input.region_weights(obj), copies, twins)
         tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]

@@ -7,7 +7,7 @@ import numpy as np
 from ... import ids
 from ...errors import SceneError
 from ...live import engine
-from ...scene import kept, mesh_arrays, object_model, seams, shape_keys, vertex_groups
+from ...scene import kept, mesh_arrays, object_model, shape_keys, vertex_groups
 from ...scene.core import point_sets
 from ...solver import native_loader
 from . import members
@@ -89,8 +89,8 @@ class Surface:
 def _ways(obj):
     """(copies as of seams, (the SurfaceWays over the mesh in which they are merged, the mesh's diagonal)); kept."""
     rest = shape_keys.rest_positions(obj.data)
-    first = seams.copies(obj, rest)
-    return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *seams.signature(obj))
+    first = kept.copies(obj, rest)
+    return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *kept.seam_settings(obj))
 
 
 def _made_ways(obj, rest, first):

@@ -6,8 +6,8 @@ import numpy as np
 
 from ... import compat, ids
 from ...errors import SceneError, require_none
-from ...scene import declarations, kept, mirrors, object_model, seams, shape_keys, vertex_groups
-from ...scene.core import mirror_planes, welding
+from ...scene import declarations, kept, mirrors, object_model, shape_keys, vertex_groups
+from ...scene.core import welding, whole_mesh
 from ...scene.core.point_sets import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
@@ -62,10 +62,10 @@ def read(obj, to_bind=True):
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     planes, twins = mirrors.gather(obj, rest, corners, starts)
-    copies = seams.copies(obj, rest)
+    copies = kept.copies(obj, rest)
     freedom = effective_region(freedom, copies, None if twins is None else twins[-1])
     roi = freedom > 0.0
-    planes, twins = mirror_planes.needed(planes, twins, roi, anchors)
+    planes, twins = whole_mesh.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
     stiffness, kept_poses, bends = (None, None, "") if rigidity is None else limbs.read(obj, rest, *faces)

@@ -45,7 +45,7 @@ class BindInput:
     #: is a vertex that the mesh does not have.
     twins: np.ndarray | None = None
     loose: str = "follow"  # what becomes of parts that nothing holds: these, or "stay"
-    copies: np.ndarray | None = None  # n int, as of scene/seams.py: one for all of those that are one
+    copies: np.ndarray | None = None  # n int, as of scene/kept.py: one for all of those that are one
     examples: KeyShapes | None = None  # shapes that show how the mesh bends
 
     @cached_property

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...scene.core.rigid import fit_rotations
+from ...scene.core.motion import fit_rotations
 
 
 def differing(rest, poses, most, least):

@@ -7,7 +7,7 @@ way, with a thousand elbows do not bend.
 
 import numpy as np
 
-from ...scene.core import rigid
+from ...scene.core import motion
 from ...scene.core.point_sets import bounding_box_diagonal
 
 STIFF = 30.0

@@ -28,7 +28,7 @@ def find(rest, triangles, report=None, places=None, partners=None, copies=None):
 
     report: the native one of a binding, which knows the parts; places: which vertex of what the solver gets each of
     the n is (BindInput.solver_mesh); partners: n int, the mirror image of each vertex, -1 for none; copies: as of
-    scene/seams.py, which are no doubles.
+    scene/kept.py, which are no doubles.
     """
     rest = np.asarray(rest, np.float64)
     copies = np.arange(len(rest)) if copies is None else copies

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import point_sets, rigid, whole_mesh
+from ...scene.core import motion, point_sets, whole_mesh
 from ...scene.core.point_sets import bounding_box_diagonal
 
 #: Of the mesh's size, and of how far the shape is from rest: shapes that are nearer to each other are one.
@@ -195,7 +195,7 @@ def agreed(points, goals, turns, shifts):
         return goals
     is_known = np.isfinite(goals).all(axis=(-1, -2), keepdims=True)
     known = np.where(is_known, goals, points)
-    turn = rigid.fit_rotations(arms, known)
+    turn = motion.fit_rotations(arms, known)
     goal_middle = known.mean(axis=-2, keepdims=True)
     along_arms = (known - goal_middle) * (arms @ np.swapaxes(turn, -1, -2))
     scale = along_arms.sum(axis=(-1, -2), keepdims=True) / (arms**2).sum()
@@ -204,7 +204,7 @@ def agreed(points, goals, turns, shifts):
     moved = goal_middle + scale * ((centre - middle)[None] @ np.swapaxes(turn, -1, -2)) - centre
     along = moved @ turns.mean(axis=0).T
     mean_turn = np.einsum("hij,...jk,hlk->...il", turns, turn, turns) / len(turns)
-    nearest = rigid.nearest_rotations(mean_turn)
+    nearest = motion.nearest_rotations(mean_turn)
     result = centre + along + scale * ((points - centre) @ np.swapaxes(nearest, -1, -2))
     is_as_one = _most(fitted - known) <= AS_ONE * size
     is_changed = _most(result - known) > THE_SAME * size

@@ -13,9 +13,9 @@ from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
 from ..bridge.grip import Grip
-from . import hover, pressing, tool_choice
-from .drag_circle import DragCircle
+from . import pressing, tool_choice
 from .handles import insert_keyframes
+from .tool_choice import DragCircle
 
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
@@ -133,9 +133,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             self.size = tool_choice.FIRST_SIZE
         if not self.pin:
             self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
-            if hover.is_small(context, obj):
+            if tool_choice.is_small(context, obj):
                 self._fit(context, obj)
-            hover.forget()
+            tool_choice.forget_hover()
             own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
             self.size = self._size_taken = own_size or self.size
         return obj

@@ -6,7 +6,7 @@ from mathutils import Vector
 
 from ...errors import SceneError, require_none
 from ...scene import subject, views
-from ...widgets import under_mouse
+from ...widgets import picking
 from ..bridge import control_places, targets
 
 #: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
@@ -21,8 +21,8 @@ def find_object(context, name):
 
 
 def find_view(context):
-    """(region, view) as of under_mouse.view_of(). @throws SceneError where there is none."""
-    found = under_mouse.view_of(context)
+    """(region, view) as of picking.view_of(). @throws SceneError where there is none."""
+    found = picking.view_of(context)
     if found is None:
         raise SceneError("Press in a single 3D View: Grab does not work in Quad View, and not beside it")
     return found
@@ -39,17 +39,17 @@ def find_pressed(context, mouse):
     at_control = _control_under(context, active, *seen) if is_usable else None
     if at_control is not None:
         return active, at_control, ""
-    obj, place = under_mouse.first_object(context, *seen)
+    obj, place = picking.first_object(context, *seen)
     if obj is None:
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     problem = subject.object_problem(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
-    pressed = under_mouse.press(obj, *seen, place)
+    pressed = picking.press(obj, *seen, place)
     if pressed is None:
         raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
     is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
-    is_covering = is_covering and under_mouse.place_under(active, *seen) is not None
+    is_covering = is_covering and picking.place_under(active, *seen) is not None
     return obj, pressed, active.name if is_covering else ""
 
 
@@ -63,7 +63,7 @@ def _control_under(context, obj, region, view, mouse):
         if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
             continue
         least = (seen - Vector(mouse)).length
-        found = under_mouse.Pressed(-1, place, handle.name)
+        found = picking.Pressed(-1, place, handle.name)
     return found
 
 

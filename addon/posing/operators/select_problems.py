@@ -9,7 +9,7 @@ from bpy.props import EnumProperty
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import mesh_arrays, mirrors, seams, selection, shape_keys
+from ...scene import kept, mesh_arrays, mirrors, selection, shape_keys
 from ...solver import session
 from ...widgets.base import MeshOperator
 from ..bridge import scene_input
@@ -56,4 +56,4 @@ def problems(obj):
         bind_input = scene_input.gather(obj)
         places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
         report = binding.deformer.report if binding is not None else None
-    return mesh_problems.find(rest, triangles, report, places, mirrors.partners(obj, rest), seams.copies(obj, rest))
+    return mesh_problems.find(rest, triangles, report, places, mirrors.partners(obj, rest), kept.copies(obj, rest))

@@ -10,8 +10,8 @@ from ...scene import shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator
-from ..bridge import controls, members, new_handles, posing, scene_input, targets
-from ..bridge.posing import CONTROLS, Posing
+from ..bridge import controls, members, new_handles, scene_input, targets
+from ..bridge.posing import CONTROLS, Posing, release
 
 
 class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
@@ -46,7 +46,7 @@ class MEANVALUE_OT_unbind(MeshOperator, bpy.types.Operator):  # in no menu; scri
     problems = (lambda obj: None if obj.meanvalue.bound.is_bound else f"'{obj.name}' is not bound",)
 
     def run(self, obj):
-        posing.release(obj.meanvalue.bound)
+        release(obj.meanvalue.bound)
         return f"'{obj.name}' is no longer bound", []
 
 

@@ -1,11 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Grab tool among Blender's tools: whether it is chosen, choosing it, and its settings."""
+"""The Grab tool among Blender's tools: whether it is chosen, choosing it, its settings; the circle around the mouse
+that shows how far the surroundings follow; and what would follow a press, while the mouse rests over the mesh."""
+
+from types import SimpleNamespace
 
 import bpy
+import gpu
+import numpy as np
+from bpy_extras import view3d_utils
+from gpu_extras.presets import draw_circle_2d
+from mathutils import Vector
 
-from ...widgets import under_mouse
-from ..bridge import region
-from . import drag_circle
+from ...errors import MeanValueError
+from ...scene import mesh_arrays, shown_shape, subject, views
+from ...widgets import picking
+from ..bridge import new_handles, region
+from ..core.tinted_faces import tinted_faces
 
 TOOL = "meanvalue.grab"
 
@@ -40,7 +50,7 @@ def size_at(context, obj, pressed):
     """The Size that a press begins with. From afar fingers are too small to be meant."""
     if not fits(context):
         return settings(context).size
-    shown = drag_circle.pixels(*under_mouse.view_of(context), pressed.place, 1.0)
+    shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
     return region.suggested_size(obj, pressed.vertex, LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
 
@@ -51,3 +61,133 @@ def choose(context):
         bpy.ops.object.mode_set('EXEC_DEFAULT', True, mode='OBJECT')
     bpy.ops.wm.tool_set_by_id(name=TOOL, space_type='VIEW_3D')
     context.workspace.status_text_set(None)  # has the status bar drawn, which tells what the tool does
+
+
+COLOR = (1.0, 1.0, 1.0, 0.8)
+
+#: Pixels of the circle as long as nothing is known of what is pressed.
+NOTICED = 12.0
+
+#: Whether a circle is to be seen: the tool's own cursor stays away then.
+is_shown = False
+
+
+class DragCircle:
+    """To be removed when the drag ends, however it ends."""
+
+    def __init__(self):
+        global is_shown
+        self._center, self._radius, self._region = (0.0, 0.0), 0.0, 0
+        self._handler = bpy.types.SpaceView3D.draw_handler_add(self._draw, (), 'WINDOW', 'POST_PIXEL')
+        is_shown = True
+
+    def show(self, region, view, mouse, place=None, length=0.0):
+        """Around `mouse` (2, pixels in the region), of so much length in the world at `place`; 0: none. Without a
+        place it only says that the press was noticed."""
+        self._center, self._region = tuple(mouse), region.as_pointer()
+        self._radius = NOTICED if place is None else pixels(region, view, place, length)
+        views.draw_again('WINDOW')
+
+    def remove(self):
+        global is_shown
+        is_shown = False
+        if self._handler is not None:
+            bpy.types.SpaceView3D.draw_handler_remove(self._handler, 'WINDOW')
+            self._handler = None
+            views.draw_again('WINDOW')
+
+    def _draw(self):
+        if bpy.context.region.as_pointer() == self._region and self._radius > 0.0:
+            draw(self._center, COLOR, self._radius)
+
+
+def draw(center, color, radius):
+    """In pixels of the region that is drawn."""
+    gpu.state.blend_set('ALPHA')
+    draw_circle_2d(center, color, radius, segments=64)
+    gpu.state.blend_set('NONE')
+
+
+def pixels(region, view, place, length):
+    """How many pixels a length in the world is at `place`."""
+    middle = view3d_utils.location_3d_to_region_2d(region, view, place)
+    across = view.view_rotation @ Vector((length, 0.0, 0.0))
+    beside = view3d_utils.location_3d_to_region_2d(region, view, place + across)
+    return 0.0 if middle is None or beside is None else (beside - middle).length
+
+
+#: How long the mouse has to rest.
+REST_SECONDS = 0.1
+
+#: Meshes of more vertices, with their modifiers, are not read before they are pressed.
+MOST_VERTICES = 200_000
+
+_found = None
+_region = _mouse = None  # where the mouse was seen last: pointer of the region, (x, y) in the window
+
+
+def would_follow(context, obj):
+    """What would follow in the region that is drawn, or None: name of the object, place of the press in the world,
+    size; tint, freedom and corners as of an overlay_data.Look."""
+    is_there = _found is not None and _found.name == obj.name and not is_shown
+    is_there = is_there and _region == context.region.as_pointer() and is_active(context)
+    return _found if is_there else None
+
+
+def mouse_at(context, mouse):
+    """The tool draws its cursor there. What is under the mouse is looked at once it rests: drawing must not."""
+    global _region, _mouse
+    if (_region, _mouse) != (context.region.as_pointer(), tuple(mouse)):
+        _region, _mouse = context.region.as_pointer(), tuple(mouse)
+        _stop()
+        bpy.app.timers.register(_look, first_interval=REST_SECONDS)
+
+
+def forget_hover():
+    global _found
+    _found = None
+    _stop()
+
+
+def _stop():
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
+
+
+def _look():
+    """Timer, called once."""
+    global _found
+    before, _found = _found, None
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            for each in area.regions:
+                if each.as_pointer() == _region:
+                    with bpy.context.temp_override(window=window, area=area, region=each):
+                        _found = _find(bpy.context, (_mouse[0] - each.x, _mouse[1] - each.y))
+    if before is not _found:
+        views.draw_again('WINDOW')
+
+
+def is_small(context, obj):
+    """Whether it may be read without a press."""
+    evaluated = obj.evaluated_get(context.view_layer.depsgraph)
+    return max(len(obj.data.vertices), len(evaluated.data.vertices)) <= MOST_VERTICES
+
+
+def _find(context, mouse):
+    obj, view = subject.of(context), picking.view_of(context)
+    is_asked = view is not None and is_active(context) and not is_shown
+    if not is_asked or subject.object_problem(obj) is not None or not views.is_pressable(obj, context):
+        return None
+    try:
+        pressed = picking.press(obj, *view, mouse) if is_small(context, obj) else None
+        if pressed is None or new_handles.handle_at(obj, pressed.vertex) is not None:
+            return None
+        size = size_at(context, obj, pressed)
+        surface = region.Surface(obj, [pressed.vertex])
+        freedom = surface.falloff(size * surface.diagonal, region.HANDLE_SHARE).astype(np.float32)
+    except MeanValueError:
+        return None  # a press says why
+    tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
+    tint, freedom = shown_shape.positions(obj)[tint], freedom[tint]
+    return SimpleNamespace(name=obj.name, place=pressed.place, size=size, tint=tint, freedom=freedom, corners=corners)

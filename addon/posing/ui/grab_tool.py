@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tool in the toolbar of Object Mode: press on the mesh and drag."""
+"""The tool in the toolbar of Object Mode: press on the mesh and drag. And keyboard shortcuts: they are free in
+Blender's own keymap, and can be changed in Preferences > Keymap.
+
+Blender keeps what the artist changed beside what is registered here, so that it survives.
+"""
 
 import bpy
 
 from ...scene import subject
 from ..bridge import region
-from ..operators import drag_circle, hover, tool_choice
+from ..operators import tool_choice
 
 #: Fainter than while something is dragged: how far the mesh is from the eye under the mouse is not known yet.
 HOVER_COLOR = (1.0, 1.0, 1.0, 0.35)
@@ -34,19 +38,19 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     def draw_cursor(context, tool, mouse):  # noqa: N805
         obj = subject.of(context)
         view = context.region_data
-        if drag_circle.is_shown or view is None or subject.object_problem(obj) is not None:
+        if tool_choice.is_shown or view is None or subject.object_problem(obj) is not None:
             return
-        hover.mouse_at(context, mouse)
-        found = hover.of(context, obj)
+        tool_choice.mouse_at(context, mouse)
+        found = tool_choice.would_follow(context, obj)
         size = tool.operator_properties("meanvalue.grab").size if found is None else found.size
         length = size * region.shown_size(obj) * max(map(abs, obj.matrix_world.to_scale()))
         place = obj.matrix_world.translation if found is None else found.place
-        drag_circle.draw(mouse, HOVER_COLOR, drag_circle.pixels(context.region, view, place, length))
+        tool_choice.draw(mouse, HOVER_COLOR, tool_choice.pixels(context.region, view, place, length))
 
 
 def meanvalue_draw_status(header, context):
     """What Blender's status bar, which knows one key a tool, leaves out."""
-    if context.workspace is not None and tool_choice.is_active(context) and not drag_circle.is_shown:
+    if context.workspace is not None and tool_choice.is_active(context) and not tool_choice.is_shown:
         header.layout.label(text="Drag: Grab    Shift-Click: Pin    Click: Select    Wheel in the Drag: Size")
 
 
@@ -61,3 +65,48 @@ def unregister():
     if not bpy.app.background:
         bpy.types.STATUSBAR_HT_header.remove(meanvalue_draw_status)
         bpy.utils.unregister_tool(MeanValueGrabTool)
+
+
+#: For wm.context_toggle: Live of the mesh that is worked on, also while one of its controls is the active object.
+LIVE = "meanvalue_live"
+
+#: (keymap, operator, its properties, key, modifiers)
+SHORTCUTS = (
+    ("Object Mode", "wm.context_toggle", {"data_path": f"scene.{LIVE}"}, 'L', {"alt": True}),
+    ("Object Mode", "meanvalue.reset_handles", {}, 'L', {"alt": True, "shift": True}),
+    ("Mesh", "meanvalue.add_handle", {}, 'H', {"ctrl": True, "alt": True}),
+    ("Mesh", "meanvalue.add_handle", {"pin": True}, 'P', {"ctrl": True, "alt": True}),
+)
+
+_made = []  # (keymap, item)
+
+
+def _is_live(_scene):
+    obj = subject.of(bpy.context)
+    return subject.object_problem(obj) is None and obj.meanvalue.live
+
+
+def _turn_live(_scene, is_on):
+    obj = subject.of(bpy.context)
+    if subject.object_problem(obj) is None and (obj.meanvalue.handles or not is_on):
+        obj.meanvalue.live = is_on
+
+
+def register_keymap():
+    setattr(bpy.types.Scene, LIVE, bpy.props.BoolProperty(name="Live", get=_is_live, set=_turn_live))
+    keyconfig = bpy.context.window_manager.keyconfigs.addon
+    if keyconfig is None:  # in the background
+        return
+    for name, operator, properties, key, modifiers in SHORTCUTS:
+        keymap = keyconfig.keymaps.new(name=name)
+        item = keymap.keymap_items.new(operator, key, 'PRESS', **modifiers)
+        _made.append((keymap, item))
+        for each, value in properties.items():
+            setattr(item.properties, each, value)
+
+
+def unregister_keymap():
+    delattr(bpy.types.Scene, LIVE)
+    while _made:
+        keymap, item = _made.pop()
+        keymap.keymap_items.remove(item)

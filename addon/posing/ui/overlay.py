@@ -7,7 +7,7 @@ from gpu_extras.batch import batch_for_shader
 
 from ... import compat
 from ..bridge import overlay_data
-from ..operators import hover
+from ..operators import tool_choice
 
 #: Size of an anchor at interface scale 1: small, since the surface has to show between them.
 POINT_PIXELS = 4.0
@@ -27,7 +27,7 @@ _drawn = {}  # function that makes a batch, and a color: (what it made the last 
 
 
 def paint(context, obj):
-    look, found = overlay_data.look(obj), hover.of(context, obj)
+    look, found = overlay_data.look(obj), tool_choice.would_follow(context, obj)
     wrote_depth = gpu.state.depth_mask_get()
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')

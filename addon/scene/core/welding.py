@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which vertices of a mesh are one: those of open seams in one place, and what Merge Distance adds. The artist's mesh
-is not changed. See scene/seams.py for an object's, whole_mesh.py for what is made of them."""
+is not changed. See scene/kept.py for an object's, whole_mesh.py for what is made of them."""
 
 import numpy as np
 
 from ... import wording
 from ...errors import SceneError
 from ...solver import native_loader
-from . import mirror_planes, point_sets
+from . import point_sets, whole_mesh
 
 #: Of the mesh's extent: a few steps of single precision, which is all that takes copies of a vertex apart.
 ROUNDING = 4.0 * 2.0**-23
@@ -76,7 +76,7 @@ def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
 def edge_lengths(rest, face_corners, face_starts):
     """Lengths, float64, of the faces' edges with ends apart; of a large mesh of some all over it."""
     some = slice(None, None, 1 + STEP * (len(face_corners) // MOST_MEASURED))
-    ends = mirror_planes.edge_ends(face_corners, face_starts)[some]
+    ends = whole_mesh.edge_ends(face_corners, face_starts)[some]
     lengths = np.linalg.norm(rest[face_corners[some]].astype(np.float64) - rest[ends], axis=1)
     return lengths[lengths > 0.0]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...posing.core.bind_input import BindInput
 from ...scene.core.key_shapes import KeyShapes
-from ...scene.core.mirror_planes import reflection
+from ...scene.core.whole_mesh import reflection
 
 
 @dataclass(frozen=True, eq=False)

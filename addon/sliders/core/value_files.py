@@ -13,8 +13,7 @@ import re
 from ...capture.core.readers import read_by
 from ...capture.core.text_lines import REMEDY, Lines, decoded, number_in, quoted
 from ...errors import MotionFileError
-from .key_names import folded
-from .value_columns import made, number
+from .value_columns import folded, made, number
 
 WANTED_CSV = "Give it a first line of names (time,jawOpen,browInnerUp) and a line of numbers for each frame"
 WANTED_JSON = (

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From two objects and picked pairs to a WrapInput in the world, and back to a shape key of the first."""
+"""From two objects and picked pairs to a WrapInput in the world, and back to a shape key of the first. The overlay
+shows a line from each picked vertex to its place on the other object."""
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import key_marks, mesh_arrays, mirrors, seams, shape_keys, subject, vertex_groups
+from ...scene import kept, key_marks, mesh_arrays, mirrors, shape_keys, shown_shape, subject, vertex_groups, views
 from ...scene.core import motion, welding, whole_mesh
 from ...scene.key_marks import Role
 from ...solver.core.fingerprint import digest
+from ...widgets.overlay import NOTHING, Lines, draw_lines
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
 from .wrapping import Wrap
 
@@ -72,7 +75,7 @@ def gather(obj, target):
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.of(rest, seams.copies(obj, rest), *mirrors.doubling(obj, rest, *faces))
+    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.doubling(obj, rest, *faces))
     picked, points = np.array([pair.vertex for pair in pairs], np.int32), np.array([pair.place for pair in pairs])
     if picked.max(initial=0) < len(rest):  # check() tells of others
         to_own = np.linalg.inv(to_world) @ subject.to_world(target)
@@ -142,3 +145,34 @@ def _shown(target):
 def _outwards(triangles, to_world):
     """The triangles as a mirroring matrix leaves them."""
     return triangles if np.linalg.det(to_world[:3, :3]) > 0.0 else np.ascontiguousarray(triangles[:, ::-1])
+
+
+#: Size of what ends a line, at interface scale 1.
+END_PIXELS = 8.0
+
+#: (name of an object, its vertex whose place is to be clicked next), or None.
+begun = None
+
+
+def paint(context, obj):
+    draw_lines(context, obj, lines(obj), END_PIXELS)
+
+
+def lines(obj):
+    """The Lines of a mesh object, from where its vertices are to be seen now to where the other object is now.
+
+    A vertex whose place is still missing has a line of no length.
+    """
+    settings = obj.meanvalue.wrap
+    count = len(obj.data.vertices)
+    pairs = [pair for pair in settings.pairs if pair.vertex < count] if settings.target is not None else []
+    alone = [begun[1]] if begun is not None and begun[0] == obj.name and begun[1] < count else []
+    if not pairs and not alone:
+        return NOTHING
+    points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *alone]]
+    places = points.copy()
+    if pairs:
+        to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
+        places[: len(pairs)] = [to_own @ Vector(pair.place) for pair in pairs]
+    colors = np.array([(*views.COLORS[number % len(views.COLORS)], 1.0) for number in range(len(points))], np.float32)
+    return Lines(np.stack([points, places], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))

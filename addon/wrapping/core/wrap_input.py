@@ -9,7 +9,7 @@ import numpy as np
 from ... import wording
 from ...errors import SceneError
 from ...scene.core import point_sets
-from ...scene.core.rigid import fit_rotations
+from ...scene.core.motion import fit_rotations
 
 #: Fewer pairs leave open how the mesh is turned.
 LEAST_PAIRS = 3

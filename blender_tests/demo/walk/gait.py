@@ -7,7 +7,7 @@ from addon.capture.core import marker_sets, readers
 from addon.capture.core.hip_centres import with_hips
 from addon.capture.core.landmarks import feet
 from addon.capture.core.soles import find_stances
-from addon.scene.core.rigid import fit_rotations
+from addon.scene.core.motion import fit_rotations
 
 from .measures import share, slide
 
