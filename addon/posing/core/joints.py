@@ -54,7 +54,7 @@ def by_poses(rest, corners, starts, poses):
         covariance = gathered((turned[:, :, None] * across[:, None, :]).reshape(-1, 9))
         for _ in range(2):
             covariance += gathered(covariance[second])
-        turns = rigid.nearest_rotations(covariance.reshape(-1, 3, 3) + rigid.TIE * size**2 * np.eye(3))
+        turns = motion.nearest_rotations(covariance.reshape(-1, 3, 3) + motion.TIE * size**2 * np.eye(3))
         cosine = 0.5 * ((turns[first] * turns[second]).sum(axis=(1, 2)) - 1.0)
         np.maximum.at(rate, first, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))) / lengths)
     return STIFF ** (1.0 - _smooth((rate - RIGID) / (BENT - RIGID)))
