@@ -84,12 +84,12 @@ class BindInput:
         return free
 
     @cached_property
-    def is_fixed(self):
-        """n bool: the vertices that stay in the rest shape: outside the region, and no copies of a hard anchor."""
+    def fixed(self):
+        """Vertex indices of those that stay in the rest shape: outside the region, and no copies of a hard anchor."""
         places = self.solver_mesh.places
         goes_along = np.zeros(int(places.max(initial=-1)) + 1, bool)
         goes_along[places[self.hard_vertices]] = True
-        return ~self.roi & ~goes_along[places]
+        return np.flatnonzero(~self.roi & ~goes_along[places])
 
     @cached_property
     def hard_vertices(self):

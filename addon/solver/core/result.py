@@ -14,7 +14,7 @@ def compose(bind_input, targets, solved):
     merging let them go there, all else those of the rest shape.
     """
     positions = np.array(solved, np.float32)
-    np.copyto(positions, bind_input.rest, where=bind_input.is_fixed[:, None])
+    positions[bind_input.fixed] = bind_input.rest.take(bind_input.fixed, axis=0)
     positions[bind_input.hard_vertices] = bind_input.solver_mesh.met(targets)[bind_input.hard_anchors]
     return positions
 
