@@ -192,7 +192,7 @@ TEST(Order, FillsLittle) {
 }
 
 TEST(Ordering, CanBeCancelledAtEveryLook) {
-    const SparseMatrix lower = bilaplacian(grid(50, 40, 0.1));
+    const SparseMatrix lower = bilaplacian(grid(150, 120, 0.1));
     for (std::int64_t check = 1;; check += 1 + check / 3) {
         Execution execution;
         execution.cancel_at_check(check);

@@ -4,10 +4,11 @@
 
 #include <atomic>
 
-namespace meanvalue {
+#ifndef _WIN32
+#include <pthread.h>
+#endif
 
-/// Has `handler` called in every forked child, first registered first. Windows has no forks.
-void call_after_fork(void (*handler)());
+namespace meanvalue {
 
 /// The one T of this process. A forked child begins with a new one, and leaves alone what the threads of the other
 /// have locked. Never destroyed: threads may outlive static objects.
@@ -16,7 +17,9 @@ T& of_this_process() {
     static std::atomic<T*> instance{nullptr};
     static const bool is_made = [] {
         instance.store(new T);
-        call_after_fork([] { instance.store(new T); });
+#ifndef _WIN32  // it has no forks
+        pthread_atfork(nullptr, nullptr, [] { instance.store(new T); });
+#endif
         return true;
     }();
     static_cast<void>(is_made);

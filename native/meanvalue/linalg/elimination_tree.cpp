@@ -76,20 +76,15 @@ void find_counts(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
     }
 }
 
-/// The nodes of a forest so that each subtree is in one piece that ends with its root, and of several children those
-/// with more weight come later. @param parents each after its children, or -1.
-std::vector<Index> postorder(const std::vector<Index>& parents, const std::vector<Index>& weights,
-                             const Execution& execution) {
+/// The nodes of a forest so that each subtree is in one piece that ends with its root.
+/// @param parents each after its children, or -1.
+std::vector<Index> postorder(const std::vector<Index>& parents, const Execution& execution) {
     const auto count = static_cast<Index>(parents.size());
-    std::vector<Index> by_weight(count);
-    std::iota(by_weight.begin(), by_weight.end(), 0);
-    std::stable_sort(by_weight.begin(), by_weight.end(), [&](Index a, Index b) { return weights[a] > weights[b]; });
-    execution.check();
     // Linked lists, of which the last node that was put in is the first.
     std::vector<Index> first_child(count, -1);
     std::vector<Index> next_sibling(count, -1);
     std::vector<Index> stack;
-    for (const Index node : by_weight) {
+    for (Index node = count; node-- > 0;) {
         if (parents[node] < 0) {
             stack.push_back(node);
         } else {
@@ -112,29 +107,22 @@ std::vector<Index> postorder(const std::vector<Index>& parents, const std::vecto
     return order;
 }
 
-/// Renumbers the tree.
-void reorder(const std::vector<Index>& places, EliminationTree& tree) {
-    const std::vector<Index> new_places = inverse(places);
-    tree.vertex = picked(tree.vertex, places);
-    tree.place = inverse(tree.vertex);
-    tree.counts = picked(tree.counts, places);
-    tree.parents = picked(tree.parents, places);
-    for (Index& parent : tree.parents)
-        parent = parent < 0 ? -1 : new_places[parent];
-}
-
 }  // namespace
 
 EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution) {
     EliminationTree tree;
     tree.vertex = std::move(order);
     tree.place = inverse(tree.vertex);
-    tree.counts.assign(graph.size(), 0);
     WorkMeter work(execution);
     find_parents(graph, tree, work);
-    reorder(postorder(tree.parents, tree.counts, execution), tree);
+    const std::vector<Index> places = postorder(tree.parents, execution);
+    const std::vector<Index> new_places = inverse(places);
+    tree.vertex = picked(tree.vertex, places);
+    tree.place = inverse(tree.vertex);
+    tree.parents = picked(tree.parents, places);
+    for (Index& parent : tree.parents)
+        parent = parent < 0 ? -1 : new_places[parent];
     find_counts(graph, tree, work);
-    reorder(postorder(tree.parents, tree.counts, execution), tree);
     return tree;
 }
 

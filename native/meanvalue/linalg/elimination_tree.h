@@ -18,7 +18,7 @@ struct EliminationTree {
 };
 
 /// The tree for an order that fills as little as the one given: a postorder, in which each subtree is in one piece
-/// that ends with its root. The child with the largest count comes last.
+/// that ends with its root.
 /// @param order each vertex once. @throws Cancelled. Cost: about linear.
 EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> order, const Execution& execution);
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/linalg/elimination_tasks.h"
 
 namespace meanvalue {
@@ -63,14 +64,11 @@ class Fronts {
           execution_(execution),
           matrix_(lower, pattern.order, execution),
           rests_(pattern.count()),
-          first_child_(pattern.count(), -1),
-          next_sibling_(pattern.count(), -1) {
-        for (Index s = pattern.count() - 1; s >= 0; --s) {
-            if (pattern.parents[s] < 0) continue;
-            next_sibling_[s] = first_child_[pattern.parents[s]];
-            first_child_[pattern.parents[s]] = s;
-        }
-    }
+          children_(grouped<Index>(pattern.count(), [&](const auto& visit) {
+              for (Index s = 0; s < pattern.count(); ++s) {
+                  if (pattern.parents[s] >= 0) visit(pattern.parents[s], s);
+              }
+          })) {}
 
     /// What one thread works with.
     struct Worker {
@@ -116,7 +114,7 @@ class Fronts {
             for (std::int64_t k = matrix_.offsets[first + c]; k < matrix_.offsets[first + c + 1]; ++k)
                 column[worker.places[worker.position[matrix_.rows[k]]]] += matrix_.values[k];
         }
-        for (Index child = first_child_[s]; child >= 0; child = next_sibling_[child]) {
+        for (const Index child : children_.of(s)) {
             add_child(child, s, shape, worker);
             rests_[child].reset();
         }
@@ -171,8 +169,7 @@ class Fronts {
     const Execution& execution_;
     OrderedMatrix matrix_;
     std::vector<Rest> rests_;  // of each supernode, until its parent has taken it
-    std::vector<Index> first_child_;
-    std::vector<Index> next_sibling_;
+    Grouped<Index> children_;
 };
 
 /// In the units of cut_into_tasks().
@@ -187,11 +184,10 @@ std::vector<std::int64_t> weights_of(const SupernodalPattern& pattern) {
 
 }  // namespace
 
-bool factor_fronts(const SupernodalPattern& pattern, const SparseMatrix& lower, const FrontKernels& kernels,
-                   int threads, const PanelSink& sink, const Execution& execution,
-                   const std::function<void()>& when_read) {
+bool factor_fronts(const SupernodalPattern& pattern, SparseMatrix lower, const FrontKernels& kernels, int threads,
+                   const PanelSink& sink, const Execution& execution) {
     Fronts fronts(pattern, lower, kernels, sink, execution);
-    when_read();
+    SparseMatrix().swap(lower);
     const std::vector<EliminationTask> tasks = cut_into_tasks(pattern.parents, weights_of(pattern));
     std::vector<Fronts::Worker> workers(threads);
     const auto eliminate = [&](Index task, int worker) {

@@ -19,10 +19,9 @@ using PanelSink = std::function<void(Index supernode, const FrontShape& shape, c
 /// equations, ACM Trans. Math. Softw. 9, 1983). Sums run in one order, so that the bits are the same for any number
 /// of threads; they differ between kernels, of which some round less often.
 /// @param lower the matrix that `pattern` was made of: its lower triangle, other entries are ignored.
-/// @param threads as given by thread_count(). @param when_read called when `lower` is not needed any more.
+/// It is freed before the numbers are found. @param threads as given by thread_count().
 /// @return false where the matrix is not positive definite to working precision. @throws Cancelled, std::bad_alloc.
-bool factor_fronts(
-    const SupernodalPattern& pattern, const SparseMatrix& lower, const FrontKernels& kernels, int threads,
-    const PanelSink& sink, const Execution& execution, const std::function<void()>& when_read = [] {});
+bool factor_fronts(const SupernodalPattern& pattern, SparseMatrix lower, const FrontKernels& kernels, int threads,
+                   const PanelSink& sink, const Execution& execution);
 
 }  // namespace meanvalue

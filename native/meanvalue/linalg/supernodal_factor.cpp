@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/linalg/multifrontal.h"
@@ -162,20 +163,7 @@ void CholeskyFactor<Number>::Analysis::place_rows(const Execution& execution) {
 }
 
 template <typename Number>
-bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const Execution& execution, int threads) {
-    return factorise(
-        lower, [] {}, execution, threads);
-}
-
-template <typename Number>
-bool CholeskyFactor<Number>::factorise(SparseMatrix&& lower, const Execution& execution, int threads) {
-    return factorise(
-        lower, [&] { SparseMatrix().swap(lower); }, execution, threads);
-}
-
-template <typename Number>
-bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const std::function<void()>& when_read,
-                                       const Execution& execution, int threads) {
+bool CholeskyFactor<Number>::factorise(SparseMatrix lower, const Execution& execution, int threads) {
     const Eigen::Index entries = lower.nonZeros();
     try {
         // Without writing to it: a fresh gigabyte takes longer to touch than a cancel may wait.
@@ -184,8 +172,8 @@ bool CholeskyFactor<Number>::factorise(const SparseMatrix& lower, const std::fun
         const auto keep = [&](Index s, const FrontShape& shape, const double* panel) {
             pack(shape, panel, &values_[analysis_->supernodes[s].values]);
         };
-        return factor_fronts(analysis_->pattern, lower, front_kernels(instructions_), threads, keep, execution,
-                             when_read);
+        return factor_fronts(analysis_->pattern, std::move(lower), front_kernels(instructions_), threads, keep,
+                             execution);
     } catch (const std::bad_alloc&) {
         throw_too_large(size(), entries, "factor");
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -46,12 +45,11 @@ class CholeskyFactor {
     /// Another one for matrices of the pattern that was analysed; not factored yet.
     CholeskyFactor with_same_pattern() const;
 
-    /// Factors a matrix with the pattern that was analysed; may be called again with other values.
+    /// Factors a matrix with the pattern that was analysed; may be called again with other values. What is moved here
+    /// is freed before the numbers of the factor are found.
     /// @return false where the matrix is not positive definite to working precision.
     /// @throws Cancelled, SolverFailure; then it may be called again. @pre analysed().
-    bool factorise(const SparseMatrix& lower, const Execution& execution, int threads = 1);
-    /// The same in less memory, once: the matrix is freed before the numbers of the factor are found.
-    bool factorise(SparseMatrix&& lower, const Execution& execution, int threads = 1);
+    bool factorise(SparseMatrix lower, const Execution& execution, int threads = 1);
 
     /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates
     /// nothing.
@@ -70,9 +68,6 @@ class CholeskyFactor {
     const SupernodalPattern& pattern() const { return analysis_->pattern; }
 
   private:
-    bool factorise(const SparseMatrix& lower, const std::function<void()>& when_read, const Execution& execution,
-                   int threads);
-
     /// The rows of the tasks above that a task adds to: they have places of their own in the work vector, so that no
     /// two tasks write the same place. The parent adds them to its own, child after child.
     struct UpdateRows {
