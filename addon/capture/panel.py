@@ -9,8 +9,7 @@ from ..widgets.panels import SidebarPanel, column_of_settings, draw_main_button,
 from .bridge import marker_pairs, takes
 from .operators.import_motion import MEANVALUE_OT_import_motion
 from .operators.marker_problems import MEANVALUE_OT_find_marker_problems, MEANVALUE_OT_swap_markers
-from .operators.match_markers import MEANVALUE_OT_match_markers
-from .operators.pick_marker_point import MEANVALUE_OT_pick_marker_point
+from .operators.match_markers import MEANVALUE_OT_match_markers, MEANVALUE_OT_pick_marker_point
 
 
 class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):

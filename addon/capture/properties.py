@@ -18,14 +18,6 @@ from ..scene.declarations import aside
 from .bridge import marker_pairs, match_input, takes
 
 
-def _is_take(_capture, collection):
-    return takes.is_take(collection)
-
-
-def _landmarks(_pair, _context, text):
-    return [name for name in match_input.candidates() if text.lower() in name]
-
-
 class MEANVALUE_PG_marker_problem(bpy.types.PropertyGroup):
     """Something about a marker that the artist should look at"""
 
@@ -62,7 +54,7 @@ class MEANVALUE_PG_marker_pair(bpy.types.PropertyGroup):
     landmark: StringProperty(
         name="Landmark",
         description="Place of the body that the marker is on, such as knee.L. Empty: as its name says",
-        search=_landmarks,
+        search=lambda _pair, _context, text: [name for name in match_input.candidates() if text.lower() in name],
     )
     is_picked: BoolProperty(
         name="Picked", description="The point was picked by hand: Match Markers keeps it, and may align by it"
@@ -91,14 +83,14 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         name="Take",
         description="The imported markers that move the mesh",
         type=bpy.types.Collection,
-        poll=_is_take,
+        poll=lambda _capture, collection: takes.is_take(collection),
         update=marker_pairs.begin_with_take,
     )
     reference_take: PointerProperty(
         name="Reference Take",
         description="A take of the same markers in which the person stands as the mesh does, such as a static trial",
         type=bpy.types.Collection,
-        poll=_is_take,
+        poll=lambda _capture, collection: takes.is_take(collection),
         update=marker_pairs.begin_with_take,
     )
     reference_frame: FloatProperty(

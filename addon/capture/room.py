@@ -7,7 +7,7 @@ from ..rooms import Room
 from ..widgets import panels
 from . import panel, properties
 from .bridge import marker_pairs
-from .operators import import_motion, marker_problems, match_markers, pick_marker_point
+from .operators import import_motion, marker_problems, match_markers
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -15,7 +15,7 @@ def meanvalue_draw_import_menu(self, _context):
     self.layout.operator(operator, text="Motion Capture Markers (.c3d/.trc/.bvh)")
 
 
-OPERATORS = import_motion, marker_problems, match_markers, pick_marker_point
+OPERATORS = import_motion, marker_problems, match_markers
 ROOM = Room(
     page="motion_capture",
     modules=(properties, *OPERATORS, panel),

@@ -6,8 +6,7 @@ import bpy
 from ..rooms import Room
 from ..widgets import panels
 from . import operators, panel, properties
-from .bridge import baked_mixes, mixed_keys
-from .bridge.mix_follower import MixFollower
+from .bridge import mix_follower, mixed_keys
 
 
 def _carry_over():
@@ -21,8 +20,8 @@ ROOM = Room(
     modules=(properties, operators, panel),
     settings=properties.SETTINGS,
     menus=[panels.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", operators)],
-    followers=[MixFollower],
-    bakeables=[baked_mixes],
+    followers=[mix_follower.MixFollower],
+    bakeables=[mix_follower],
     made_of_rest=[mixed_keys.made_of_rest],
     another_file=[_carry_over],
     objects_changed=[_carry_over],

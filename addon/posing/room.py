@@ -8,29 +8,12 @@ from ..scene import subject
 from . import handle_properties, old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
-from .operators import (
-    add_handle,
-    copy_system_info,
-    drive_by_bone,
-    grab,
-    handles,
-    pose,
-    region,
-    select_problems,
-    solve,
-    tool_choice,
-)
+from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
 from .ui import grab_tool, menus, overlay, panel
-
-
-def _register():
-    grab_tool.register_keymap()
-    grab_tool.register()
 
 
 def _unregister():
     grab_tool.unregister()
-    grab_tool.unregister_keymap()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     overlay.forget()
@@ -72,11 +55,11 @@ ROOM = Room(
     },
     modules=(
         *(handle_properties, properties, old_files),
-        *(grab, add_handle, handles, select_problems, pose, drive_by_bone, solve, region),
-        *(copy_system_info, panel, menus),
+        *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
+        *(panel, menus),
     ),
     settings={**properties.SETTINGS, **old_files.SETTINGS},
-    register=_register,
+    register=grab_tool.register,
     unregister=_unregister,
     finders=[controls.mesh_moved_by],
     painters=[overlay.paint],

@@ -18,16 +18,12 @@ from .bridge.corrective import Corrective
 from .core import value_columns, value_files
 
 
-def _undriven_problem(obj):
-    return None if driven_keys.is_on(obj) else "Handles drive no shape keys. Choose Shape Keys in Drive"
-
-
 class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
     """Put what the sliders do not reach into one more shape key, Corrective, with which all handles are met"""
 
     bl_label = "Add Corrective"
     doing = "Finding the corrective of"
-    problems = (_undriven_problem, key_shapes.problem, scene_input.unheld_problem, targets.problem)
+    problems = (driven_keys.problem, key_shapes.problem, scene_input.unheld_problem, targets.problem)
 
     def prepare(self, obj):
         if obj.meanvalue.live and not engine.is_settled(obj):

@@ -12,7 +12,7 @@ import numpy as np
 from ...scene.core.motion import fit_rotations, unit
 from ...scene.core.point_sets import parts
 from . import landmarks as places
-from .hip_centres import with_hips
+from .proportions import with_hips
 
 #: Segments of the body that are stiff, long and bent far at both ends.
 LIMBS = ("thigh", "shank")

@@ -22,7 +22,7 @@ class Place:
 
 
 #: {landmarks that lie alike: their place}. The hip is the center of the joint: no marker, but found from those of the
-#: pelvis (hip_centres.py).
+#: pelvis (proportions.py).
 _PLACES = {
     "head.top": Place(("head", "neck"), 1.0),
     "head.front head.side head.back": Place(("head", "neck"), 0.94),

@@ -5,9 +5,9 @@ import numpy as np
 
 from ...scene.core.motion import unit
 from . import facing, proportions
-from .hip_centres import hips_of
 from .landmarks import side_of
 from .limb import Limb
+from .proportions import hips_of
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")
 LEG = (("thigh", "knee"), ("shank", "ankle", "heel", "toe"), "knee")

@@ -11,7 +11,7 @@ from ...scene.core.motion import fit_rotations, nearest_rotations
 from ...scene.core.point_sets import parts
 from . import landmarks as places
 from .gaps import distance_variation
-from .hip_centres import with_hips
+from .proportions import with_hips
 
 
 @dataclass(frozen=True, eq=False)

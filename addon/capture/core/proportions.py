@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies whose legs are a larger or smaller share of them than those of grown-ups: markers at the heights of such."""
+"""Bodies whose legs are a larger or smaller share of them than those of grown-ups: markers at the heights of such.
+And the centres of the hips, which no marker can be put on: legs turn about them."""
 
 import numpy as np
 
+from ...scene.core.motion import fit_rotations
 from .landmarks import ARM, side_of
 
 #: Height of the crotch of grown-ups over that of the body (Drillis and Contini 1966), and from what difference on a
@@ -44,4 +46,55 @@ def moved(markers, landmarks, body, before, after):
         shoulder, arm = ([k for k in on_side if landmarks[k].split(".")[0] in names] for names in (("shoulder",), ARM))
         if shoulder and arm:
             result[arm, 2] = markers[arm, 2] + (result - markers)[shoulder, 2].mean()
+    return result
+
+
+HIPS, FRONT = ("hip.L", "hip.R"), ("pelvis.front.L", "pelvis.front.R")
+
+
+def hips_of(points, landmarks):
+    """(2, 3) left and right of markers (m, 3), or (0, 3) where they do not tell.
+
+    Those of a skeleton; else where Bell, Petersen and Brand (1990) found them from the width of the pelvis: 0.36 of it
+    to the side of the middle of the anterior spines, 0.22 back and 0.30 down. Needs both of these and something at the
+    pelvis' back. landmarks  m names or None.
+    """
+    if set(HIPS) <= set(landmarks):
+        return points[[landmarks.index(name) for name in HIPS]]
+    back = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.back")]
+    if not {*FRONT} <= {*landmarks} or not back:
+        return np.zeros((0, 3))
+    front = points[[landmarks.index(name) for name in FRONT]]
+    middle, left = front.mean(axis=0), front[0] - front[1]
+    width = max(np.linalg.norm(left), 1e-12)
+    left = left / width
+    backward = points[back].mean(axis=0) - middle
+    backward -= (backward @ left) * left
+    backward /= max(np.linalg.norm(backward), 1e-12)
+    down = np.cross(backward, left)
+    return np.array([middle + width * (sign * 0.36 * left + 0.22 * backward + 0.30 * down) for sign in (1.0, -1.0)])
+
+
+def with_hips(reference, markers, landmarks):
+    """(reference (m, 3), markers (f, m, 3), landmarks), each with the two hips appended, which move rigidly with the
+    markers of the pelvis; unchanged where these do not tell, and of skeletons."""
+    hips = hips_of(reference, landmarks)
+    if len(hips) == 0 or "hip.L" in landmarks:
+        return reference, markers, tuple(landmarks)
+    pelvis = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.")]
+    turns = fit_rotations(reference[pelvis], markers[:, pelvis])
+    moved = carried(np.concatenate([reference[pelvis], hips]), markers[:, pelvis], turns)[:, len(pelvis) :]
+    moved[(~np.isnan(markers[:, pelvis, 0])).sum(axis=1) < 3] = np.nan
+    return np.concatenate([reference, hips]), np.concatenate([markers, moved], axis=1), (*landmarks, *HIPS)
+
+
+def carried(reference, markers, turns):
+    """(f, k, 3): where points (k, 3) are that move rigidly with the first of them, of which markers (f, j, 3) are where
+    they were seen; NaN in frames without any. turns  (f, 3, 3) of that motion."""
+    known = ~np.isnan(markers[..., 0])
+    shares = known / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    centres = np.einsum("fj,fji->fi", shares, np.nan_to_num(markers))
+    offsets = reference - (shares @ reference[: markers.shape[1]])[:, None]
+    result = centres[:, None] + np.einsum("fij,fkj->fki", turns, offsets)
+    result[~known.any(axis=1)] = np.nan
     return result

@@ -6,8 +6,8 @@ import numpy as np
 from ...errors import InvalidMotionError
 from ...scene.core.motion import turns_between
 from . import landmarks as places
-from .hip_centres import carried, hips_of, with_hips
 from .matching import marker_graph
+from .proportions import carried, hips_of, with_hips
 
 #: Degrees between the ways that reference and character look.
 MOST_TURNED = 60.0

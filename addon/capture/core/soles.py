@@ -8,7 +8,7 @@ from ...scene.core.sample_times import runs
 from . import landmarks as places
 from .cuffs import Cuff, spread
 from .gaps import low_pass
-from .hip_centres import carried
+from .proportions import carried
 
 #: Body heights a second, and body heights above the ground: below both a marker stands. Feet also roll over heel or
 #: toes: then they stand on some of their markers.

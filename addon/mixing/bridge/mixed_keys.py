@@ -123,12 +123,11 @@ def _sliders(obj):
     return [key_reading.slider_of(obj, key) for key in mixed(obj)]
 
 
-def _signature(obj):
-    return len(obj.data.vertices), _sliders(obj), kept.seam_settings(obj), mirrors.signature(obj)
-
-
 READING = object_model.Kind(
-    _signature, gather, key_reading.shapes, lambda obj: key_marks.only(obj.data.shape_keys, Role.MIX)
+    lambda obj: (len(obj.data.vertices), _sliders(obj), kept.seam_settings(obj), mirrors.signature(obj)),
+    gather,
+    key_reading.shapes,
+    lambda obj: key_marks.only(obj.data.shape_keys, Role.MIX),
 )
 
 

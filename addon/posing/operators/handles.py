@@ -1,15 +1,149 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done with handles that are there: select, remove, reset, keyframe."""
+"""Makes handles and pins of selected vertices or of vertex groups; what is done with those that are there."""
 
 import bpy
+import numpy as np
 
-from ... import wording
+from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
 from ...rooms import ALL
-from ...scene import actions, selection, vertex_groups
+from ...scene import actions, rig_space, selection, shape_keys, subject, vertex_groups
+from ...scene.core.point_sets import require_finite
 from ...widgets.base import MeshOperator
-from ..bridge import control_places, controls, members, region
+from ..bridge import control_places, controls, members, new_handles, region, scene_input
+
+
+def _problem(obj):
+    """Why nothing is chosen to be held, in words, or None."""
+    if obj.mode == 'EDIT':
+        return None if obj.data.total_vert_sel else "No vertices are selected. Select the ones to hold"
+    if subject.mode_problem(obj):
+        return f"{subject.mode_problem(obj)}, or go to Edit Mode"
+    return None if len(obj.vertex_groups) else "Select vertices in Edit Mode first, or make a vertex group"
+
+
+class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
+    """Make a handle of the selected vertices (Edit Mode) or the active vertex group, with a control to drag"""
+
+    bl_label = "Add Handle"
+    switch = "pin"
+    needs_object_mode = False
+    problems = (_problem,)
+
+    pin: bpy.props.BoolProperty(
+        name="Pin",
+        description="Pin the selected vertices (Edit Mode) or the active vertex group where they are at rest",
+        options={'SKIP_SAVE'},
+    )
+    group: bpy.props.StringProperty(
+        name="Vertex Group",
+        description="Vertex group to use. If empty: the selected vertices in Edit Mode, else the active group",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    name: bpy.props.StringProperty(
+        name="Name",
+        description="Name of the handle that is made of selected vertices",
+        maxlen=ids.NAME_LENGTH,
+        options={'SKIP_SAVE'},
+    )
+    live: bpy.props.BoolProperty(
+        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
+    )
+    size: bpy.props.FloatProperty(
+        name="Size",
+        description="How far the surroundings follow, as a share of the mesh's size. At 0 the region stays as it is",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        max=3.0,
+        subtype='FACTOR',
+        options={'SKIP_SAVE'},
+    )
+    # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
+    from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
+
+    def invoke(self, context, _event):
+        obj = subject.of(context)
+        if obj.mode != 'OBJECT' or self.group or len(obj.vertex_groups) == 0:
+            return self.execute(context)
+        self.group = vertex_groups.active_name(obj)
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        obj = subject.of(context)
+        if self.from_selection or obj.mode == 'EDIT':
+            layout.prop(self, "name")
+        else:
+            layout.prop_search(self, "group", obj, "vertex_groups")
+        if not self.pin:
+            layout.prop(self, "size")
+            layout.prop(self, "live")
+
+    def run(self, obj):
+        controls.remove_deleted(obj)
+        is_editing = obj.mode == 'EDIT'
+        if is_editing:
+            obj.update_from_editmode()
+        self.from_selection = self.from_selection or (is_editing and not self.group)
+        name, members = self._members(obj)
+        if not self.pin:
+            self._require_usable(obj, members)
+        selection.leave_edit_mode(obj)
+        if not self.pin:
+            rig_space.measure(obj)  # throws before anything is changed
+        kind = ids.PIN_NAME if self.pin else ids.HANDLE_NAME
+        handle = new_handles.add_handle(obj, members, group=name, name=self.name, kind=kind)
+        count = wording.vertices(len(np.unique(members)))
+        if self.pin:
+            new_handles.make_pin(handle)
+            message = f"Pin '{handle.name}' holds {count}"
+        else:
+            self._equip(obj, handle, members)
+            message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
+        try:
+            scene_input.gather(obj)
+        except SceneError as problem:  # there is more to do before it can be posed
+            return message, [str(problem)]
+        return message, []
+
+    def _require_usable(self, obj, members):
+        """@throws SceneError before anything is changed."""
+        if self.size > 0.0:
+            region.require_own_group(obj)
+        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
+        shown = shape_keys.result_positions(obj)
+        if shown is not None:
+            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
+
+    def _equip(self, obj, handle, members):
+        is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
+        control = new_handles.make_handle(obj, handle, members)
+        if self.size > 0.0:
+            handle.size = self.size
+            region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
+        if self.live and is_first and not obj.meanvalue.live:
+            obj.meanvalue.live = True
+        selection.choose(control)
+
+    def _members(self, obj):
+        """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
+        if self.from_selection:
+            members = selection.selected_vertices(obj)
+            if len(members) == 0:
+                raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
+            return "", members
+        name = self.group or vertex_groups.active_name(obj)
+        vertex_groups.require(obj, name, "to be used", "Choose one that it has")
+        if name in obj.meanvalue.handles:
+            raise SceneError(f"Vertex group '{name}' is on the list already. Choose another group")
+        vertices = vertex_groups.members(obj, [name])[name]
+        if len(vertices) == 0:
+            raise SceneError(f"Vertex group '{name}' has no vertices with a weight above zero. Assign some first")
+        return name, vertices
 
 
 class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):

@@ -79,9 +79,8 @@ class MEANVALUE_OT_solve(SolvingOperator, bpy.types.Operator):
 
 
 def _without_keys(obj):
-    if obj.data.shape_keys is None:
-        return "There are no shape keys. Add one, and move the vertices of handles in it, in Edit Mode"
-    return None
+    why = "There are no shape keys. Add one, and move the vertices of handles in it, in Edit Mode"
+    return None if obj.data.shape_keys else why
 
 
 class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):

@@ -56,6 +56,7 @@ def meanvalue_draw_status(header, context):
 
 def register():
     """Not without a window: Blender has no keymap then when it turns on the add-ons of the preferences."""
+    _register_keymap()
     if not bpy.app.background:
         bpy.utils.register_tool(MeanValueGrabTool, after={"builtin.transform"}, separator=True)
         bpy.types.STATUSBAR_HT_header.prepend(meanvalue_draw_status)
@@ -65,6 +66,7 @@ def unregister():
     if not bpy.app.background:
         bpy.types.STATUSBAR_HT_header.remove(meanvalue_draw_status)
         bpy.utils.unregister_tool(MeanValueGrabTool)
+    _unregister_keymap()
 
 
 #: For wm.context_toggle: Live of the mesh that is worked on, also while one of its controls is the active object.
@@ -92,7 +94,7 @@ def _turn_live(_scene, is_on):
         obj.meanvalue.live = is_on
 
 
-def register_keymap():
+def _register_keymap():
     setattr(bpy.types.Scene, LIVE, bpy.props.BoolProperty(name="Live", get=_is_live, set=_turn_live))
     keyconfig = bpy.context.window_manager.keyconfigs.addon
     if keyconfig is None:  # in the background
@@ -105,7 +107,7 @@ def register_keymap():
             setattr(item.properties, each, value)
 
 
-def unregister_keymap():
+def _unregister_keymap():
     delattr(bpy.types.Scene, LIVE)
     while _made:
         keymap, item = _made.pop()

@@ -15,6 +15,10 @@ def is_on(obj):
     return obj.meanvalue.drive == KEYS
 
 
+def problem(obj):
+    return None if is_on(obj) else "Handles drive no shape keys. Choose Shape Keys in Drive"
+
+
 def names(obj):
     """Of the shape keys that show the pose, the corrective among them; none where the result does."""
     if not is_on(obj):

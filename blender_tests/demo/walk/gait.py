@@ -4,8 +4,8 @@
 import numpy as np
 
 from addon.capture.core import marker_sets, readers
-from addon.capture.core.hip_centres import with_hips
 from addon.capture.core.landmarks import feet
+from addon.capture.core.proportions import with_hips
 from addon.capture.core.soles import find_stances
 from addon.scene.core.motion import fit_rotations
 
