@@ -1,7 +1,6 @@
 #include "meanvalue/morph/cell_assembly.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
@@ -22,7 +21,6 @@ CellAssembly::CellAssembly(const OneRings& rings, const std::vector<Vector3>& ed
                            int threads, const Execution& execution)
     : rings_(rings), factor_(instructions) {
     measure(edges, threads, execution);
-    index_uses(execution);
     const SparseMatrix lower = matrix(execution);
     factor_.analyse(lower, execution, threads);
     if (!factor_.factorise(lower, execution, threads))
@@ -81,18 +79,6 @@ SparseMatrix CellAssembly::matrix(const Execution& execution) const {
     return lower;
 }
 
-void CellAssembly::index_uses(const Execution& execution) {
-    use_start_.assign(rings_.vertex_count() + 1, 0);
-    for (const Index vertex : rings_.vertices)
-        ++use_start_[vertex + 1];
-    std::partial_sum(use_start_.begin(), use_start_.end(), use_start_.begin());
-    execution.check();
-    uses_.resize(rings_.vertices.size());
-    std::vector<Index> next(use_start_.begin(), use_start_.end() - 1);
-    for (std::size_t place = 0; place < rings_.vertices.size(); ++place)
-        uses_[next[rings_.vertices[place]]++] = static_cast<Index>(place);
-}
-
 /// Minus the derivative of the energy of one row by its own vertex. @param shares receives the same by each ring
 /// vertex.
 Vector3 CellAssembly::pull_of(Index row, const std::vector<Vector3>& edges, const Matrix3& rotation,
@@ -132,14 +118,9 @@ void CellAssembly::solve(const std::vector<Vector3>& edges, const std::vector<Qu
                                   .transpose();
             }
         });
-        parallel_for(vertices, threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin; v < end; ++v) {
-                Vector3 sum = sums.row(v);
-                for (Index use = use_start_[v]; use < use_start_[v + 1]; ++use)
-                    sum += shares[uses_[use]];
-                sums.row(v) = sum.transpose();
-            }
-        });
+        execution.check();
+        for (std::size_t place = 0; place < shares.size(); ++place)
+            sums.row(rings_.vertices[place]) += shares[place].transpose();
         factor_.solve(sums, sums, threads, execution, workspace);
         positions += sums;
     }

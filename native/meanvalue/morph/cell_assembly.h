@@ -29,7 +29,6 @@ class CellAssembly {
 
   private:
     void measure(const std::vector<Vector3>& edges, int threads, const Execution& execution);
-    void index_uses(const Execution& execution);
     SparseMatrix matrix(const Execution& execution) const;
     Vector3 pull_of(Index row, const std::vector<Vector3>& edges, const Matrix3& rotation, const Positions& positions,
                     std::vector<Vector3>& missing, Vector3* shares) const;
@@ -38,8 +37,6 @@ class CellAssembly {
     std::vector<double> spokes_;  // |ring|: s_ik
     std::vector<double> rims_;    // |ring|: c_kl, l the next in the ring
     SupernodalFactor factor_;
-    std::vector<Index> use_start_;  // n + 1: where the half-edges that lead to a vertex are in uses_
-    std::vector<Index> uses_;
 };
 
 }  // namespace meanvalue

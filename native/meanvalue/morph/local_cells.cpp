@@ -172,9 +172,12 @@ Quaternion LocalCells::cell_rotation(std::size_t shape, Index vertex) const {
     return shape_rotations_[shape] * relative_->of_shape(shape, vertex);
 }
 
-std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights, const std::vector<Index>& vertices,
+std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights, int threads,
                                               const Execution& execution) const {
-    return relative_->find(weights, mean_rotation(weights), vertices, execution);
+    std::vector<Quaternion> result;
+    const ShapeWeights alike(weights, static_cast<Index>(count_), rings_.vertex_count());
+    relative_->fill(alike, {}, mean_rotation(weights), threads, execution, result);
+    return result;
 }
 
 }  // namespace meanvalue

@@ -41,8 +41,8 @@ class LocalCells {
     Quaternion mean_rotation(const std::vector<double>& weights) const;
     /// The rotation of a cell of shape k in space, G_k R_ik.
     Quaternion cell_rotation(std::size_t shape, Index vertex) const;
-    /// Those of some cells in between, with the same weights for all. @return one for each of `vertices`.
-    std::vector<Quaternion> rotations(const std::vector<double>& weights, const std::vector<Index>& vertices,
+    /// The rotations of all cells in between, in space, with the same weights for all. @return n.
+    std::vector<Quaternion> rotations(const std::vector<double>& weights, int threads,
                                       const Execution& execution) const;
 
   private:

@@ -180,8 +180,8 @@ Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& 
     Solution solution;
     {
         const StageTimer timer(solution.timings, "total");
-        const ShapeOverlay overlay =
-            overlay_shapes(bound_->shapes, bound_->rings, *bound_->cells, normalised, options.parts, execution);
+        const ShapeOverlay overlay = overlay_shapes(bound_->shapes, bound_->rings, *bound_->cells, normalised,
+                                                    options.parts, threads, execution);
         std::vector<double> place_weights = bound_->still;
         for (std::size_t v = 0; v < overlay.whole_shares.size(); ++v)
             place_weights[v] *= overlay.whole_shares[v];

@@ -302,18 +302,4 @@ Quaternion RelativeRotations::of_shape(std::size_t shape, Index vertex) const {
            quaternion_by(own_vectors_[vertex * count_ + shape]);
 }
 
-std::vector<Quaternion> RelativeRotations::find(const std::vector<double>& weights, const Quaternion& rotation,
-                                                const std::vector<Index>& vertices,
-                                                const Execution& execution) const {
-    const ShapeWeights alike(weights, static_cast<Index>(count_), rings_.vertex_count());
-    const std::vector<Quaternion> patches = find_patches_between(patches_.mean_weights(alike), {}, execution);
-    std::vector<Quaternion> result;
-    for (const Index v : vertices) {
-        const Vector3* const own = own_vectors_.data() + v * count_;
-        result.push_back(rotation * patches_.mean_rotation(v, patches.data(), 1) *
-                         average_rotation(own, {}, weights.data(), count_));
-    }
-    return result;
-}
-
 }  // namespace meanvalue

@@ -35,9 +35,6 @@ class RelativeRotations {
 
     /// That of a cell in a shape.
     Quaternion of_shape(std::size_t shape, Index vertex) const;
-    /// Those of some cells in between, with the same weights for all. @return one for each of `vertices`.
-    std::vector<Quaternion> find(const std::vector<double>& weights, const Quaternion& rotation,
-                                 const std::vector<Index>& vertices, const Execution& execution) const;
 
   private:
     struct Pair {

@@ -75,21 +75,22 @@ std::vector<double> whole_of(const ShapeWeights& weights, const std::vector<char
     return whole;
 }
 
-/// What takes the cells of a shape to how they are rotated in the mean. @param rotations one for each of `vertices`.
+/// What takes the cells of a shape to how they are rotated in the mean. @param rotations n.
 Matrix3 rotation_from(const LocalCells& cells, std::size_t shape, const std::vector<Quaternion>& rotations,
                       const std::vector<Index>& vertices, const std::vector<double>& changes) {
     Matrix3 sum = Matrix3::Zero();
-    for (std::size_t k = 0; k < vertices.size(); ++k) {
-        const Quaternion change = rotations[k] * cells.cell_rotation(shape, vertices[k]).conjugate();
-        sum += changes[vertices[k]] * change.toRotationMatrix();
+    for (const Index v : vertices) {
+        const Quaternion change = rotations[v] * cells.cell_rotation(shape, v).conjugate();
+        sum += changes[v] * change.toRotationMatrix();
     }
     return closest_rotation(sum);
 }
 
 /// Where a part fits best to the whole it enters: to each shape of that, rotated and scaled as these are in between.
+/// @param between n: the rotations of the whole's cells.
 Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
                          std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
-                         const ShapeOverlay& overlay, const Execution& execution) {
+                         const ShapeOverlay& overlay, const std::vector<Quaternion>& between) {
     // A vertex counts by how much the weight of the part changes from it to its ring.
     std::vector<Index> border;
     std::vector<double> changes(rings.vertex_count(), 0.0);
@@ -113,7 +114,6 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRing
         sum += changes[v];
     }
     centre /= sum;
-    const std::vector<Quaternion> between = cells.rotations(whole, border, execution);
     Vector3 to = Vector3::Zero();
     Matrix3 rotations = Matrix3::Zero();
     std::vector<double> scales(shapes.size(), 1.0);
@@ -134,17 +134,18 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRing
 }  // namespace
 
 ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
-                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
+                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts, int threads,
                             const Execution& execution) {
     const std::vector<char> is_part = flag_parts(weights, parts);
     if (weights.is_uniform()) return stack(shapes, cells, weights.mean());
     const std::vector<double> whole = whole_of(weights, is_part, rings.vertex_count());
     ShapeOverlay result = stack(shapes, cells, whole);
+    const std::vector<Quaternion> between = cells.rotations(whole, threads, execution);
     result.frames.assign(shapes.size(), Quaternion::Identity());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (!is_part[k]) continue;
         execution.check();
-        result.places[k] = place_of_part(shapes, rings, cells, k, weights, whole, result, execution);
+        result.places[k] = place_of_part(shapes, rings, cells, k, weights, whole, result, between);
         result.sizes[k] = result.places[k].scale;
         result.frames[k] =
             result.rotation.conjugate() * Quaternion(result.places[k].rotation) * cells.shape_rotation(k);

@@ -40,16 +40,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& /*work
     if (options.previous != nullptr)
         minimise_options.negligible_energy = std::max(minimise_options.negligible_energy, options.enough_energy);
     if (options.previous == nullptr) choose_start(minimise_options, cholesky, positions, execution);
-    const MinimiseReport minimised = minimise(encoding_, unknowns_, cholesky, minimise_options, positions, execution);
-    DecodeReport report;
-    if (!minimised.energies.empty()) report.energies = minimised.energies;
-    report.initial_gradient = minimised.initial_gradient;
-    report.gradient = minimised.gradient;
-    report.iterations = minimised.iterations;
-    report.converged = minimised.converged();
-    report.stop_reason = describe(minimised.stop_reason);
-    report.timings = minimised.timings;
-    return report;
+    return minimise(encoding_, unknowns_, cholesky, minimise_options, positions, execution);
 }
 
 void FullDecoder::choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "meanvalue/common/errors.h"
@@ -23,8 +22,14 @@ constexpr double kLeastDamping = 1e-4;  // below it, none
 constexpr double kDampingFactor = 3.0;
 // Halving costs one energy, more damping a factorization; but a step that must be shorter than this points wrong.
 constexpr int kMostHalvings = 3;
+// Where a minimum is near: of the energy, what the linear model promises to the last step at most, and of the start's
+// gradient what is left.
+constexpr double kNearMinimum = 0.02;
+constexpr double kVanishedGradient = 1e-3;
 // Slow steps on end that tell a flat valley from a step that was merely bad.
 constexpr int kSettledSteps = 3;
+
+constexpr const char* kConverged = "converged";
 
 /// to = from + length * direction in the rows of free vertices.
 void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::VectorXd& direction, double length,
@@ -60,17 +65,17 @@ class Descent {
           execution_(execution),
           metric_(smoothness_metric(encoding, unknowns, execution)) {}
 
-    MinimiseReport run() {
+    DecodeReport run() {
         energy_ = evaluate(positions_);
-        report_.energies.push_back(energy_);
+        report_.energies = {energy_};
         if (!std::isfinite(energy_)) throw SolverFailure("the energy of the start is not finite");
-        report_.stop_reason = StopReason::kIterationLimit;
-        for (int iteration = 0; energy_ > options_.negligible_energy && iteration < options_.max_iterations;
-             ++iteration) {
+        for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
             execution_.set_progress(static_cast<double>(iteration) / options_.max_iterations);
+            if (energy_ <= options_.negligible_energy) break;
             if (!step()) return std::move(report_);
         }
-        if (energy_ <= options_.negligible_energy) stop(StopReason::kConverged);
+        const bool is_done = energy_ <= options_.negligible_energy;
+        stop(is_done ? kConverged : "iteration limit", is_done);
         return std::move(report_);
     }
 
@@ -83,7 +88,7 @@ class Descent {
     /// One accepted step. @return whether another one is wanted.
     bool step() {
         linearise_here();
-        if (report_.gradient == 0.0) return stop(StopReason::kConverged);
+        if (report_.gradient == 0.0) return stop(kConverged, true);
         for (; damping_ * kCoincident < 1.0; raise_damping()) {
             if (!find_direction()) continue;
             const bool short_step = longest_move() <= options_.step_tolerance;
@@ -93,8 +98,7 @@ class Descent {
             if (length > 0.0) {
                 ++report_.iterations;
                 report_.energies.push_back(energy_);
-                report_.promised_share = damped ? std::numeric_limits<double>::infinity()  // it says nothing
-                                                : promised_decrease_ / start_energy;
+                promises_little_ = !damped && promised_decrease_ <= kNearMinimum * start_energy;
                 if (length < 1.0) {
                     raise_damping();
                 } else {
@@ -103,18 +107,25 @@ class Descent {
                 settled_steps_ =
                     start_energy - energy_ < options_.settled_decrease * energy_ ? settled_steps_ + 1 : 0;
             }
-            if (short_step) return stop(damped ? StopReason::kNoDescent : StopReason::kConverged);
-            if (settled_steps_ >= kSettledSteps) return stop(StopReason::kSettled);
+            if (short_step && !damped) return stop(kConverged, true);
+            if (short_step) break;
+            // Short steps fall slowly anywhere: a minimum is near where no more was to be expected.
+            if (settled_steps_ >= kSettledSteps)
+                return stop("the energy no longer falls", promises_little_ || has_vanished());
             if (length > 0.0) return true;
         }
-        return stop(StopReason::kNoDescent);
+        return stop("no step lowers the energy further", has_vanished());  // at the limit of rounding
     }
+
+    /// Whether the gradient has.
+    bool has_vanished() const { return report_.gradient <= kVanishedGradient * report_.initial_gradient; }
 
     void raise_damping() { damping_ = std::max(kLeastDamping, damping_ * kDampingFactor); }
     void lower_damping() { damping_ = damping_ > kLeastDamping ? damping_ / kDampingFactor : 0.0; }
 
-    bool stop(StopReason reason) {
+    bool stop(const char* reason, bool converged) {
         report_.stop_reason = reason;
+        report_.converged = converged;
         return false;
     }
 
@@ -162,37 +173,24 @@ class Descent {
     Execution& execution_;
     SparseMatrix metric_;
     GaussNewtonSystem system_;  // at positions_
-    MinimiseReport report_;
+    DecodeReport report_;
     Eigen::VectorXd direction_;
     double energy_ = 0.0;
     double promised_decrease_ = 0.0;
+    bool promises_little_ = false;  // the linear model, at the last step
     double damping_ = kFirstDamping;
     int settled_steps_ = 0;
 };
 
 }  // namespace
 
-const char* describe(StopReason reason) {
-    switch (reason) {
-        case StopReason::kConverged:
-            return "converged";
-        case StopReason::kSettled:
-            return "the energy no longer falls";
-        case StopReason::kNothingToSolve:
-            return "no free vertices";
-        case StopReason::kNoDescent:
-            return "no step lowers the energy further";
-        case StopReason::kIterationLimit:
-            return "iteration limit";
-    }
-    return "";
-}
-
-MinimiseReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
-                        const MinimiseOptions& options, Positions& positions, Execution& execution) {
+DecodeReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                      const MinimiseOptions& options, Positions& positions, Execution& execution) {
     execution.begin_stage("solve");
-    if (unknowns.free.empty()) return {};
-    return Descent(encoding, unknowns, cholesky, options, positions, execution).run();
+    if (!unknowns.free.empty()) return Descent(encoding, unknowns, cholesky, options, positions, execution).run();
+    DecodeReport report;
+    report.stop_reason = "no free vertices";
+    return report;
 }
 
 Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,

@@ -1,11 +1,9 @@
 // Minimizes equation 15 to convergence by damped Gauss-Newton steps: paper, section 2.3.
 #pragma once
 
-#include <vector>
-
 #include "meanvalue/common/execution.h"
-#include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/decode/decoder.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/unknowns.h"
@@ -24,45 +22,12 @@ struct MinimiseOptions {
     int threads = 1;
 };
 
-enum class StopReason {
-    kConverged,       ///< the next step is shorter than the tolerance
-    kSettled,         ///< the energy falls too slowly to go on: the bottom of a long flat valley
-    kNothingToSolve,  ///< there are no free vertices
-    kNoDescent,       ///< no step lowers the energy any more: at the limit of rounding
-    kIterationLimit,
-};
-
-/// In words, for reports.
-const char* describe(StopReason reason);
-
-struct MinimiseReport {
-    int iterations = 0;
-    StopReason stop_reason = StopReason::kNothingToSolve;
-    std::vector<double> energies;   ///< G at the start and after each iteration; never rises
-    double initial_gradient = 0.0;  ///< |J| at the start, all components
-    double gradient = 0.0;          ///< |J| where the last linearization was made
-    Timings timings;
-
-    double promised_share = 0.0;  ///< of the energy: what the linear model still promised to the last step
-
-    /// Whether a minimum is near. Where no step lowers the energy, only if the gradient has vanished; where it fell
-    /// slowly, also if no more was to be expected: short steps fall slowly anywhere.
-    bool converged() const {
-        const bool vanished = gradient <= kVanishedGradient * initial_gradient;
-        if (stop_reason == StopReason::kNoDescent) return vanished;
-        if (stop_reason == StopReason::kSettled) return vanished || promised_share <= kNearMinimum;
-        return stop_reason != StopReason::kIterationLimit;
-    }
-    static constexpr double kVanishedGradient = 1e-3;
-    static constexpr double kNearMinimum = 0.02;
-};
-
 /// Moves the free vertices in `positions` to a minimum of G near where they are; the fixed ones keep their place.
 /// @param cholesky analyzed for matrices of linearise(); analyzed here where it is not.
 /// @param positions n x 3, finite. Left in any state on an exception.
-/// @throws Cancelled, SolverFailure.
-MinimiseReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
-                        const MinimiseOptions& options, Positions& positions, Execution& execution);
+/// @return `converged` where a minimum is near. @throws Cancelled, SolverFailure.
+DecodeReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
+                      const MinimiseOptions& options, Positions& positions, Execution& execution);
 
 /// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
 /// the free ones follow smoothly instead of being left behind.

@@ -22,9 +22,9 @@ double energy_of(const Unknowns& unknowns, double length) {
     return 0.5 * static_cast<double>(unknowns.rows.size()) * length * length;
 }
 
-std::string describe_end(const MinimiseReport& base, const MinimiseReport& coarse) {
-    if (!base.converged()) return message("base mesh: ", describe(base.stop_reason));
-    return coarse.converged() ? "converged at the coarse level" : describe(coarse.stop_reason);
+std::string describe_end(const DecodeReport& base, const DecodeReport& coarse) {
+    if (!base.converged) return message("base mesh: ", base.stop_reason);
+    return coarse.converged ? "converged at the coarse level" : coarse.stop_reason;
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& /*wor
     const int threads = threads_for(options);
     report.energies = {energy(encoding_, fine_, positions, threads, execution)};
     if (!std::isfinite(report.energies.front())) throw SolverFailure("the energy of the start is not finite");
-    MinimiseReport base;
+    DecodeReport base;
     {
         const StageTimer timer(report.timings, "base");
         base = solve_base(threads, positions, execution);
@@ -68,11 +68,11 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& /*wor
     }
     {
         const StageTimer timer(report.timings, "optimise");
-        const MinimiseReport coarse = solve_coarse(options.tolerance, threads, positions, execution);
+        const DecodeReport coarse = solve_coarse(options.tolerance, threads, positions, execution);
         report.iterations = coarse.iterations;
         report.initial_gradient = coarse.initial_gradient;
         report.gradient = coarse.gradient;
-        report.converged = base.converged() && coarse.converged();
+        report.converged = base.converged && coarse.converged;
         report.stop_reason = describe_end(base, coarse);
     }
     {
@@ -98,7 +98,7 @@ std::vector<Index> PaperDecoder::level_sizes() const {
     return sizes;
 }
 
-MinimiseReport PaperDecoder::solve_base(int threads, Positions& positions, Execution& execution) const {
+DecodeReport PaperDecoder::solve_base(int threads, Positions& positions, Execution& execution) const {
     if (base_unknowns_.free.empty()) return {};
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
@@ -120,8 +120,8 @@ MinimiseReport PaperDecoder::solve_base(int threads, Positions& positions, Execu
     return minimise(encoding, base_unknowns_, cholesky, options, positions, execution);
 }
 
-MinimiseReport PaperDecoder::solve_coarse(double tolerance, int threads, Positions& positions,
-                                          Execution& execution) const {
+DecodeReport PaperDecoder::solve_coarse(double tolerance, int threads, Positions& positions,
+                                        Execution& execution) const {
     MinimiseOptions options;
     options.settled_decrease = kSettledPerTolerance * tolerance;
     options.max_iterations = kMostCoarseSteps;

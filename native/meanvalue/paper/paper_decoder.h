@@ -38,8 +38,8 @@ class PaperDecoder : public Decoder {
   private:
     /// The unknowns of one level: removable vertices still there.
     Unknowns unknowns_of(const Level& level) const;
-    MinimiseReport solve_base(int threads, Positions& positions, Execution& execution) const;
-    MinimiseReport solve_coarse(double tolerance, int threads, Positions& positions, Execution& execution) const;
+    DecodeReport solve_base(int threads, Positions& positions, Execution& execution) const;
+    DecodeReport solve_coarse(double tolerance, int threads, Positions& positions, Execution& execution) const;
 
     double diagonal_;
     Unknowns fine_;
