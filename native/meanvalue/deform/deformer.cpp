@@ -44,14 +44,21 @@ Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, 
         decode_options.is_last = options.settle;
         decode_options.is_kept = options.is_kept;
         const Decoder& decoder = bound.decoder();
+        const bool asks_rest = previous != nullptr && options.settle;
+        if (asks_rest) decode_options.in_drag = decode_options.is_last = false;  // roughly, at first
         report = decoder.decode(decode_options, workspace, positions, execution);
-        if (previous != nullptr && options.settle) {
-            Positions fresh = bound.start_of_region(filled, nullptr, weights, threads, execution);
+        if (asks_rest) {
+            const Positions near = positions;
+            positions = bound.start_of_region(filled, nullptr, weights, threads, execution);
             decode_options.previous = nullptr;
-            DecodeReport fresh_report = decoder.decode(decode_options, workspace, fresh, execution);
-            if (fresh_report.energies.back() < report.energies.back()) {
+            decode_options.is_last = true;
+            DecodeReport fresh_report = decoder.decode(decode_options, workspace, positions, execution);
+            if (report.energies.back() < fresh_report.energies.back()) {
+                positions = bound.start_of_region(filled, &near, weights, threads, execution);
+                decode_options.previous = &near;
+                report = decoder.decode(decode_options, workspace, positions, execution);
+            } else {
                 report = std::move(fresh_report);
-                positions = std::move(fresh);
             }
         }
         // Once both are done: after a cancel the next frame goes on from the answer before.

@@ -23,8 +23,8 @@ struct SolveOptions {
     std::optional<double> tolerance;
     int max_iterations = 1000;   ///< of each stage; stages before the last have limits of their own as well
     double enough_energy = 0.0;  ///< with a start: also ends where the energy is not above this
-    /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: solve from rest too, and keep
-    /// the lower energy of both ends. For the end of a drag: the result is then at least as good as one from rest.
+    /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: the result is the one from rest
+    /// unless a rough solve from there is lower, and goes on then. For the end of a drag.
     bool settle = false;
     /// In a drag: each frame is kept, and ends where a solve from rest settles. Large meshes go on from the frame
     /// before unless their coarsest level finds a lower energy from rest.
