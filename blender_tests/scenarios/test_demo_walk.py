@@ -54,7 +54,9 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
         assert np.abs(skinned - truth[side]).max() < 3.0, "the measure itself"
         measured = gait.in_capture(subject, result, landmarks, side)
         assert np.nanmax(np.abs(measured - truth[side])) < 6.0
-    assert [what for what, _ in gait.rows(subject, result)] == ["slide while feet stand", "knees off the capture's"]
+    elbows = gait.elbows_off(subject, result, landmarks)
+    assert len(elbows) == 2 * FRAMES and np.abs(elbows).max() < 8.0
+    assert [what.split()[0] for what, _ in gait.rows(subject, result)] == ["slide", "knees", "elbows"]
 
 
 def test_without_a_static_trial_soles_are_on_the_floor_too(tmp_path):

@@ -19,6 +19,8 @@ SOLE, AROUND = 0.012, 0.07
 #: Over the knee's height above the ground, which tells how long the legs are: stretches of thigh above the knee and of
 #: shank below it, and how far from the knee sideways.
 THIGH, SHANK, ASIDE = (0.18, 0.5), (-0.5, -0.18), 0.26
+#: Meters along an arm that is stretched out to its side, from the elbow outward; and how far from it sideways.
+UPPER_ARM, FOREARM, ACROSS = (-0.2, -0.05), (0.05, 0.2), 0.08
 
 
 def rows(subject, carried):
@@ -41,7 +43,25 @@ def rows(subject, carried):
         words = f"rms {np.sqrt((off**2).mean()):.1f}, at most {np.abs(off).max():.1f} degrees"
         bent = np.nanmax([capture for _, capture in knees.values()])
         result.append(("knees off the capture's", f"{words}, where they bend by up to {bent:.0f}"))
+    elbows = elbows_off(subject, carried, landmarks) if subject.truth is not None else np.zeros(0)
+    if len(elbows):
+        words = f"rms {np.sqrt((elbows**2).mean()):.1f}, at most {np.abs(elbows).max():.1f} degrees"
+        result.append(("elbows off the skinned figure's", words))
     return result
+
+
+def elbows_off(subject, carried, landmarks):
+    """(2 f,) degrees that elbows of the mesh are bent more than those of the skinned figure, whose arms are stretched
+    out at rest."""
+    result, rest = [np.zeros(0)], subject.vertices
+    for elbow in (k for k, name in enumerate(landmarks) if name in ("elbow.L", "elbow.R")):
+        away = rest - rest[carried.anchors[elbow]]
+        out, is_arm = away[:, 0] * np.sign(rest[carried.anchors[elbow], 0]), np.abs(away[:, 2]) < ACROSS
+        parts = [np.flatnonzero(is_arm & (out > low) & (out < high)) for low, high in (UPPER_ARM, FOREARM)]
+        bends = [bend(*(fit_rotations(rest[part], shapes[:, part])[..., [1, 2, 0]] for part in parts))
+                 for shapes in (carried.shapes, subject.truth)]  # fmt: skip
+        result.append(bends[0] - bends[1])
+    return np.concatenate(result)
 
 
 def flat_stances(subject, carried, landmarks):
@@ -100,5 +120,5 @@ def in_capture(subject, carried, landmarks, side):
 
 
 def bend(thigh, shank):
-    """(f,) degrees between where both turn what is upright at rest, (f, 3, 3) each."""
+    """(f,) degrees between where both turn what is along their last axis at rest, (f, 3, 3) each."""
     return np.degrees(np.arccos(np.clip((thigh[..., 2] * shank[..., 2]).sum(axis=-1), -1.0, 1.0)))
