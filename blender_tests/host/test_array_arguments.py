@@ -131,6 +131,10 @@ def test_lists_and_other_number_types_mean_the_same(call, argument):
     expected = numbers(called(call, argument, right))
     for values in others:
         assert np.array_equal(numbers(called(call, argument, values)), expected)
+    if of_kind(argument, ["float"]):
+        single = right.astype(np.float32)
+        expected = numbers(called(call, argument, single.astype(np.float64)))
+        assert np.array_equal(numbers(called(call, argument, single)), expected)
 
 
 def test_an_empty_list_is_no_anchors():
