@@ -14,7 +14,7 @@ from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from . import properties
 from .bridge import driven_keys, key_shapes, value_baking
-from .bridge.corrective import Corrective
+from .bridge.driven_keys import Corrective
 from .core import value_columns, value_files
 
 

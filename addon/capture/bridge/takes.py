@@ -52,7 +52,10 @@ def make(take, frames, scale=1.0):
         measured = take.measured
         size = max(SIZE_OVER_EXTENT * units.median_extent(positions), LEAST_SIZE)
         for number in np.flatnonzero(measured.any(axis=0)):
-            empty = _make_empty(take.labels[number], size, collection)
+            empty = bpy.data.objects.new(take.labels[number], None)
+            collection.objects.link(empty)
+            empty.empty_display_type, empty.empty_display_size = 'SPHERE', size
+            empty.meanvalue.marker = take.labels[number]
             _animate(empty, positions[:, number], measured[:, number], frames)
     except BaseException:
         remove(collection)
@@ -184,15 +187,6 @@ def _describe(settings, take, frames):
     settings.frames_per_sample = float(frames[1] - frames[0]) if len(frames) > 1 else 1.0
     settings.fullest_frame = frames[int(take.measured.sum(axis=1).argmax())]
     settings.missing_share = take.missing_share
-
-
-def _make_empty(label, size, collection):
-    empty = bpy.data.objects.new(label, None)
-    collection.objects.link(empty)
-    empty.empty_display_type = 'SPHERE'
-    empty.empty_display_size = size
-    empty.meanvalue.marker = label
-    return empty
 
 
 def _animate(empty, positions, measured, frames):

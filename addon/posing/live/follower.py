@@ -12,8 +12,7 @@ from ...solver import session
 from ...solver.core import result
 from ..bridge import controls, posing, scene_input, targets
 from ..core.snap_watch import SnapWatch
-from .early_poses import EarlyPoses
-from .live_targets import LiveTargets
+from .live_targets import EarlyPoses, LiveTargets
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.

@@ -97,7 +97,10 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     )
 
     def prepare(self, obj):
-        self.key = self.key or _active_key(obj)
+        active = obj.active_shape_key
+        if not self.key and active in {None, obj.data.shape_keys.reference_key}:
+            raise SceneError("The active shape key is the rest shape. Choose one in which vertices were moved")
+        self.key = self.key or active.name
         return Posing(obj, self.key)
 
     def finish(self, obj, posing, outcome):
@@ -111,13 +114,6 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
             key.value = 0.0
             message += f". Shape key '{self.key}' has the value 0 now, so that it is not added"
         return message, [*warnings, *notes]
-
-
-def _active_key(obj):
-    active, keys = obj.active_shape_key, obj.data.shape_keys
-    if active is None or active == keys.reference_key:
-        raise SceneError("The active shape key is the rest shape. Choose one in which vertices of handles were moved")
-    return active.name
 
 
 def _ignored(obj, bind_input, name):
