@@ -44,7 +44,8 @@ void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::Vec
 /// direction is finite.
 bool solve_step(SparseMatrix matrix, const Eigen::VectorXd& gradient, SparseCholesky& cholesky, int threads,
                 const Execution& execution, Eigen::VectorXd& direction) {
-    SparseMatrix identity(matrix.rows(), matrix.cols());  // no row may depend on a vertex, and none on its diagonal
+    // A vertex in no row has no entry yet: diagonal() would write beside the values.
+    SparseMatrix identity(matrix.rows(), matrix.cols());
     identity.setIdentity();
     matrix += kRounding * identity;
     if (!cholesky.analysed()) cholesky.analyse(matrix, execution, threads);
