@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
@@ -158,9 +159,14 @@ std::vector<Index> find_told_snaps(const py::object& shapes, const py::object& t
     std::vector<float*> frames;
     for (Index frame = 0; frame < trajectories.frame_count; ++frame)
         frames.push_back(points.data() + 3 * array.shape(1) * frame);
-    const RunPaths paths(frames, static_cast<std::size_t>(array.shape(1)), std::vector<char>(frames.size(), 1));
+    std::vector<Index> vertices(array.shape(1));
+    std::iota(vertices.begin(), vertices.end(), 0);
+    std::vector<AnchorOfRegion> anchors;
+    for (Index k = 0; k < trajectories.anchor_count; ++k)
+        anchors.push_back({k, k});
+    const RunPaths paths(frames, std::move(vertices), std::vector<char>(frames.size(), 1));
     std::vector<Index> told;
-    for (const Snap& snap : paths.find_snaps(paths.limits(trajectories, 0, size), Execution())) {
+    for (const Snap& snap : paths.find_snaps(paths.limits(trajectories, anchors, 0, size), Execution())) {
         if (snap.length >= kTold * size) told.push_back(snap.frame);
     }
     return told;

@@ -2,7 +2,7 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 
 namespace meanvalue::baselines {
@@ -27,7 +27,12 @@ Setup set_up(const Problem& problem, Execution& execution) {
     setup.start = problem.vertices;
     for (std::size_t k = 0; k < problem.anchors.size(); ++k)
         setup.start.row(problem.anchors[k]) = problem.targets.row(k);
-    setup.carried = carry_parts(setup.components, problem.vertices, setup.start);
+    std::vector<Similarity> fits;
+    for (const std::vector<Index>& fixed : setup.components.fixed)
+        fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(problem.vertices, setup.start, fixed));
+    setup.carried = problem.vertices;
+    for (Index v = 0; v < vertex_count; ++v)
+        setup.carried.row(v) = fits[setup.components.part_of[v]].apply(problem.vertices.row(v).transpose());
     for (const Index v : setup.unknowns.free)
         setup.start.row(v) = setup.carried.row(v);
     return setup;

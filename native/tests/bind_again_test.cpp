@@ -105,7 +105,8 @@ TEST(BindAgain, SharesTheEncodingAndLeavesTheEarlierOneAsItWas) {
         const Solution before = solve(*deformer, first.targets(mesh));
         const Handles second(mesh, random, 3, 1, false);
         const auto again = bound(second.binding(deformer->binding_again()), deformer.get());
-        EXPECT_EQ(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
+        EXPECT_EQ(&again->bound().parts().front().decoder->encoding(),
+                  &deformer->bound().parts().front().decoder->encoding());
         EXPECT_EQ(solve(*deformer, first.targets(mesh)).vertices, before.vertices);
         EXPECT_EQ(deformer->report().anchor_count, static_cast<Index>(first.anchors.size()));
     }
@@ -125,7 +126,8 @@ TEST(BindAgain, LargeHandlesAndNewPartsAreBoundAfresh) {
     other_part.add(part.vertex_count() + 3, 2);
     for (const Handles& handles : {large, other_part}) {
         const auto again = bound(handles.binding(deformer->binding_again()), deformer.get());
-        EXPECT_NE(&again->bound().decoder().encoding(), &deformer->bound().decoder().encoding());
+        EXPECT_NE(&again->bound().parts().front().decoder->encoding(),
+                  &deformer->bound().parts().front().decoder->encoding());
         const auto fresh = bound(handles.binding(fresh_binding(two, Method::kFull)));
         EXPECT_EQ(solve(*again, handles.targets(two)).vertices, solve(*fresh, handles.targets(two)).vertices);
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <vector>
 
 #include "meanvalue/common/errors.h"
@@ -31,7 +32,9 @@ RunPaths paths_of(Frames& frames, std::vector<char> is_solved = std::vector<char
     std::vector<float*> points;
     for (auto& frame : frames)
         points.push_back(frame.data());
-    return {points, frames.front().size() / 3, std::move(is_solved)};
+    std::vector<Index> vertices(frames.front().size() / 3);
+    std::iota(vertices.begin(), vertices.end(), 0);
+    return {points, vertices, std::move(is_solved)};
 }
 
 Frames spread(Frames frames, double limit, const std::vector<Index>& staying = {}) {
@@ -112,13 +115,13 @@ TEST(Snaps, WhatTargetsAskForIsNone) {
         targets.weights.insert(targets.weights.end(), {1.0, 0.0});
     }
     RunPaths paths = paths_of(motion);
-    const std::vector<double> limits = paths.limits(targets, 5, 10.0);
+    const std::vector<double> limits = paths.limits(targets, {{0, 0}, {1, 1}}, 5, 10.0);
     EXPECT_NEAR(limits[31], 0.301, 1e-3);
     EXPECT_NEAR(limits[20], 1e-3, 1e-9);
     EXPECT_TRUE(paths.find_snaps(limits, Execution()).empty());
     for (Index t = 25; t < kFrames; ++t)  // the anchor comes back
         targets.weights[2 * (t + 5) + 1] = 1.0;
-    EXPECT_TRUE(std::isinf(paths.limits(targets, 5, 10.0)[25]));
+    EXPECT_TRUE(std::isinf(paths.limits(targets, {{0, 0}, {1, 1}}, 5, 10.0)[25]));
 }
 
 TEST(Snaps, FramesThatWereNotSolvedTellNothing) {

@@ -35,6 +35,7 @@ int thread_count(int requested) {
 }
 
 void run_workers(int workers, const std::function<void(int)>& body) {
+    if (workers == 1) return body(0);
     std::vector<std::exception_ptr> failures(workers);
     const auto work = [&](int worker) {
         try {

@@ -62,25 +62,34 @@ class Workspace {
     virtual void forget() {}  ///< what it remembers of a drag
 };
 
-/// A region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use; never written to once it
-/// is made, so that any number of threads may decode with it, each with a workspace of its own.
+/// A connected region bound for decoding, in its own vertex numbers. Expensive to make, cheap to use; never written
+/// to after finish(), so that any number of threads may decode with it, each with a workspace of its own.
 class Decoder {
   public:
     Decoder(const Decoder&) = delete;
     Decoder& operator=(const Decoder&) = delete;
     virtual ~Decoder() = default;
 
+    /// Before finish(): one that solves by the coarsest level alone; or nullptr.
+    virtual std::unique_ptr<const Decoder> early() const { return nullptr; }
+    /// Binds what early() does without; to be called once, before anything else. @throws as the constructor.
+    virtual void finish(Execution& /*execution*/) {}
+
     /// @throws Cancelled, std::bad_alloc.
     virtual std::unique_ptr<Workspace> make_workspace(const Execution& execution) const = 0;
 
     /// @param positions of the region's vertices: fixed ones in place, free ones at rest or where they start,
     /// soft anchors then at their targets if there is no earlier shape; receives the result. Left in any state on an
-    /// exception. @param workspace made by this decoder; after an exception it remembers no new
-    /// answer, and less of the way to the old one; what it has asked of the bound mesh it keeps.
-    /// The same bits for any number of threads; they depend on solves before in a drag only.
+    /// exception. @param workspace made by this decoder; it remembers no new answer before remember(), and less of
+    /// the way to the old one; what it has asked of the bound mesh it keeps. The same bits for any number of threads;
+    /// they depend on solves before in a drag only.
     /// @throws Cancelled, SolverFailure.
     virtual DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                                 Execution& execution) const = 0;
+
+    /// In a drag, once the answer of decode() is taken, from an earlier shape and not the last: the next goes on
+    /// there.
+    virtual void remember(const Positions& /*answer*/, Workspace& /*workspace*/) const {}
 
     /// What decode() is going to give in a drag, as far as the answers before tell: as decode(), but at once, also
     /// while it is at work with the same workspace.
@@ -93,8 +102,6 @@ class Decoder {
 
     const Encoding& encoding() const { return encoding_; }  ///< of the region at full resolution
     Index detached_triangle_count() const { return shape_->rings.detached_triangle_count; }
-    /// What decoders of the same region with other fixed vertices may share.
-    const std::shared_ptr<const RegionShape>& shape() const { return shape_; }
     /// Of the region's vertices, or nullptr: EncodedRegion::elimination_order of the next.
     const std::shared_ptr<const std::vector<Index>>& elimination_order() const { return elimination_order_; }
     const Timings& bind_timings() const { return bind_timings_; }
@@ -109,12 +116,10 @@ class Decoder {
     /// Finds it where no earlier decoder has. @throws Cancelled.
     const std::vector<Index>& find_order(int threads, Execution& execution);
 
-    /// Takes all but `when_coarse`.
     Decoder(EncodedRegion& shape, int threads)
         : region_(std::move(shape.region)),
           threads_(threads),
           instructions_(shape.instructions),
-          components_(std::move(shape.components)),
           shape_(std::move(shape.shape)),
           shared_encoding_(std::move(shape.encoding)),
           encoding_(*shared_encoding_),
@@ -126,7 +131,6 @@ class Decoder {
     Region region_;
     int threads_;
     InstructionSet instructions_;
-    Components components_;
     std::shared_ptr<const RegionShape> shape_;
     std::shared_ptr<const Encoding> shared_encoding_;
     const Encoding& encoding_;

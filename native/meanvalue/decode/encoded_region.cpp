@@ -8,7 +8,7 @@
 namespace meanvalue {
 
 std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Execution& execution,
-                                                const std::vector<SharedPositions>& examples) {
+                                                const std::vector<SharedPositions>& examples, double size_of_point) {
     auto shape = std::make_shared<RegionShape>();
     shape->region = std::move(region);
     shape->region.is_fixed.clear();
@@ -18,6 +18,7 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Exec
         shape->rings = collect_one_rings(static_cast<Index>(of.vertices.size()), of.faces, execution);
         shape->encoding = encode(shape->rings, of.positions, threads, execution);
         shape->size = mean_diagonal(of.positions, threads, execution);
+        if (shape->size == 0.0) shape->size = size_of_point;
     }
     if (!examples.empty()) {
         const StageTimer timer(shape->timings, "examples");
@@ -27,14 +28,11 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Exec
     return shape;
 }
 
-EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
-                         const std::vector<char>& is_soft, const Execution& execution) {
+EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed) {
     EncodedRegion result;
     result.shape = std::move(shape);
     result.encoding = {result.shape, &result.shape->encoding};
-    const Region& of = result.shape->region;
-    result.region = {of.vertices, of.positions, {}, std::move(is_fixed)};
-    result.components = find_components(of.positions, of.faces, result.region.is_fixed, execution, is_soft);
+    result.region = {result.shape->region.vertices, result.shape->region.positions, {}, std::move(is_fixed)};
     return result;
 }
 

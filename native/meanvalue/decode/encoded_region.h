@@ -1,7 +1,6 @@
 // What every method binds first: a region, its rings and its encoding.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -14,7 +13,6 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/examples/example_shapes.h"
 #include "meanvalue/hierarchy/hierarchy.h"
-#include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
 
@@ -30,12 +28,9 @@ struct RegionShape {
     Timings timings;                        ///< seconds by stage
 };
 
-class Decoder;
-
 /// A region with what is fixed in it.
 struct EncodedRegion {
     Region region;
-    Components components;
     std::shared_ptr<const RegionShape> shape = std::make_shared<const RegionShape>();
     /// By the rings of the shape: its own, or that of another shape of the same mesh.
     std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
@@ -43,16 +38,15 @@ struct EncodedRegion {
     Timings timings;                                         ///< seconds by stage
     /// The order of elimination of a decoder of this shape with other fixed vertices, or nullptr: one is found.
     std::shared_ptr<const std::vector<Index>> elimination_order;
-    /// Where given, receives a decoder by the coarsest level alone as soon as that is bound, on any thread.
-    std::function<void(std::unique_ptr<const Decoder>)> when_coarse;
 };
 
-/// @param examples of the whole mesh, or none. @throws Cancelled. Cost: linear.
+/// @param examples of the whole mesh, or none. @param size_of_point what it has where all is in one place.
+/// @throws Cancelled. Cost: linear.
 std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Execution& execution,
-                                                const std::vector<SharedPositions>& examples = {});
+                                                const std::vector<SharedPositions>& examples = {},
+                                                double size_of_point = 1.0);
 
-/// @param is_fixed n flags, @param is_soft n flags of soft anchors, or empty. @throws Cancelled. Cost: linear.
-EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
-                         const std::vector<char>& is_soft, const Execution& execution);
+/// @param is_fixed n flags. Cost: linear.
+EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed);
 
 }  // namespace meanvalue

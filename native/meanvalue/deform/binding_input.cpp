@@ -5,7 +5,6 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
-#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/physical_memory.h"
 
 namespace meanvalue {
@@ -57,17 +56,12 @@ void require_memory(Index free_count, std::uint64_t there) {
                                   static_cast<double>(there) / kGigabyte, " GB"));
 }
 
-std::vector<Index> handles_of_region(const Binding& binding, const Region& region) {
-    if (binding.handles.empty()) return {};
-    require_count("handles", binding.handles.size(), "number", binding.anchors.size(), "anchors");
-    std::vector<Index> of_mesh(binding.vertices->rows(), -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k) {
-        if (binding.handles[k] < 0) {
-            throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
-        }
-        of_mesh[binding.anchors[k]] = binding.handles[k];
-    }
-    return picked(of_mesh, region.vertices);
+std::vector<Index> handles_of_region(const std::vector<AnchorOfRegion>& anchors, std::size_t count) {
+    if (anchors.empty() || anchors.front().handle < 0) return {};
+    std::vector<Index> result(count, -1);
+    for (const AnchorOfRegion& anchor : anchors)
+        result[anchor.vertex] = anchor.handle;
+    return result;
 }
 
 std::vector<char> soft_flags(const Binding& binding) {
@@ -113,17 +107,10 @@ std::vector<char> border_flags(const Binding& binding) {
     return flags;
 }
 
-std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
-                                               const Region& region) {
-    if (is_soft.empty()) return {};
-    std::vector<Index> anchor_of(is_soft.size(), -1);
-    for (std::size_t k = 0; k < binding.anchors.size(); ++k)
-        anchor_of[binding.anchors[k]] = static_cast<Index>(k);
+std::vector<SoftAnchor> soft_anchors_among(const std::vector<AnchorOfRegion>& anchors) {
     std::vector<SoftAnchor> result;
-    for (std::size_t v = 0; v < region.vertices.size(); ++v) {
-        if (!is_soft[region.vertices[v]]) continue;
-        const Index k = anchor_of[region.vertices[v]];
-        result.push_back({static_cast<Index>(v), k, binding.strengths[k]});
+    for (const AnchorOfRegion& anchor : anchors) {
+        if (std::isfinite(anchor.strength)) result.push_back({anchor.vertex, anchor.number, anchor.strength});
     }
     return result;
 }

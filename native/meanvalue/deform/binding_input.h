@@ -1,12 +1,13 @@
 // What a Binding says of anchors and settings, checked, in the form that decoders take.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "meanvalue/decode/fast/soft_constraints.h"
-#include "meanvalue/deform/bound_mesh.h"
-#include "meanvalue/mesh/region.h"
+#include "meanvalue/deform/binding.h"
 
 namespace meanvalue {
 
@@ -20,9 +21,17 @@ void require_stiffness(const Binding& binding);
 /// vertices takes more at its peak.
 void require_memory(Index free_count, std::uint64_t there);
 
-/// The handle of each vertex of the region that is an anchor, -1 for the others; empty where none are given.
-/// @throws InvalidInput.
-std::vector<Index> handles_of_region(const Binding& binding, const Region& region);
+/// An anchor of a region.
+struct AnchorOfRegion {
+    Index number;
+    Index vertex;       ///< there
+    Index handle = -1;  ///< or none is given
+    double strength = std::numeric_limits<double>::infinity();
+};
+
+/// The handle of each of `count` vertices of a region that is an anchor, -1 for the others; empty where none are
+/// given.
+std::vector<Index> handles_of_region(const std::vector<AnchorOfRegion>& anchors, std::size_t count);
 
 /// n flags, empty where all anchors are hard. @throws InvalidInput.
 std::vector<char> soft_flags(const Binding& binding);
@@ -30,8 +39,6 @@ std::vector<char> soft_flags(const Binding& binding);
 /// n flags: the anchors of a soft border. @throws InvalidInput unless they are soft.
 std::vector<char> border_flags(const Binding& binding);
 
-/// In the region's vertex numbers. @param is_soft soft_flags().
-std::vector<SoftAnchor> soft_anchors_of_region(const Binding& binding, const std::vector<char>& is_soft,
-                                               const Region& region);
+std::vector<SoftAnchor> soft_anchors_among(const std::vector<AnchorOfRegion>& anchors);
 
 }  // namespace meanvalue

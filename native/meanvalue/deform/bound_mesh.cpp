@@ -1,6 +1,9 @@
 #include "meanvalue/deform/bound_mesh.h"
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
+#include <mutex>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
@@ -28,34 +31,30 @@ constexpr double kFastTolerance = 1e-4;
 // The paper's own energy has long flat valleys, in which short steps still lead far.
 constexpr double kFlatTolerance = 5e-5;
 
-std::unique_ptr<Decoder> make_decoder(const Binding& binding, const std::vector<char>& is_soft,
-                                      std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed,
-                                      const Decoder* earlier,
-                                      std::function<void(std::unique_ptr<const Decoder>)> when_coarse, int threads,
-                                      Execution& execution) {
-    const Region& region = shape->region;
+/// Of a part with its shape, anchors, and the decoder that it had before, if any; not finished.
+std::shared_ptr<Decoder> make_decoder(const Binding& binding, const BoundPart& part, std::vector<char> is_fixed,
+                                      int threads, Execution& execution) {
     const double rigidity = rigidity_of(binding);
-    const std::vector<Index> handles = handles_of_region(binding, region);
-    std::vector<SoftAnchor> soft = soft_anchors_of_region(binding, is_soft, region);
-    std::vector<char> is_soft_there(soft.empty() ? 0 : region.vertices.size(), 0);
-    for (const SoftAnchor& anchor : soft)
-        is_soft_there[anchor.vertex] = 1;
+    const std::vector<Index> handles = handles_of_region(part.anchors, is_fixed.size());
+    std::vector<SoftAnchor> soft = soft_anchors_among(part.anchors);
     std::vector<double> stiffness;
-    if (!binding.stiffness.empty()) stiffness = picked(binding.stiffness, region.vertices);
-    EncodedRegion encoded = with_fixed(std::move(shape), std::move(is_fixed), is_soft_there, execution);
+    if (!binding.stiffness.empty()) stiffness = picked(binding.stiffness, part.vertices());
+    EncodedRegion encoded = with_fixed(part.shape, std::move(is_fixed));
     encoded.instructions = binding.instructions;
-    if (earlier != nullptr) encoded.elimination_order = earlier->elimination_order();
-    encoded.when_coarse = std::move(when_coarse);
+    if (part.decoder == nullptr)
+        encoded.timings = part.shape->timings;
+    else
+        encoded.elimination_order = part.decoder->elimination_order();
     switch (binding.method) {
         case Method::kFast:
-            return std::make_unique<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity,
+            return std::make_shared<FastDecoder>(std::move(encoded), std::move(soft), handles, rigidity,
                                                  std::move(stiffness), threads, execution);
         case Method::kPaper:
-            return std::make_unique<PaperDecoder>(std::move(encoded), threads, execution);
+            return std::make_shared<PaperDecoder>(std::move(encoded), threads, execution);
         case Method::kFull:
             break;
     }
-    return std::make_unique<FullDecoder>(std::move(encoded), threads, execution);
+    return std::make_shared<FullDecoder>(std::move(encoded), threads, execution);
 }
 
 std::shared_ptr<const RestMesh> checked_mesh(const Binding& binding) {
@@ -93,8 +92,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     if (earlier != nullptr && (binding.method != earlier->method_ || !is_same_mesh(binding, *earlier->mesh_))) {
         throw InvalidInput(
             "binding again is to another mesh, region, method or examples than before; begin with binding_again(), "
-            "or "
-            "bind without an earlier one");
+            "or bind without an earlier one");
     }
     if (method_ == Method::kFast) default_tolerance_ = rigidity_of(binding) > 0.0 ? kFastTolerance : kFlatTolerance;
     mesh_ = earlier != nullptr ? earlier->mesh_ : checked_mesh(binding);
@@ -118,42 +116,106 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     if (method_ == Method::kFast)
         require_memory(static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0)),
                        binding.memory > 0 ? binding.memory : physical_memory());
-    const auto shape = shape_for(components, earlier, execution);
-    region_vertices_ = shape->region.vertices;
-    std::vector<Index> row_of(is_fixed_.size(), -1);
-    for (std::size_t row = 0; row < region_vertices_.size(); ++row)
-        row_of[region_vertices_[row]] = static_cast<Index>(row);
-    anchor_rows_ = picked(row_of, anchors_);
-    std::vector<char> is_fixed_there = picked(is_fixed_, region_vertices_);
-    report_.free_count = static_cast<Index>(std::count(is_fixed_there.begin(), is_fixed_there.end(), 0));
-    const bool is_same_shape = earlier != nullptr && earlier->decoder().shape() == shape;
-    const auto hand_on = [&](std::unique_ptr<const Decoder> coarse) {
+    report_.free_count = static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0));
+    find_parts(components, earlier, execution);
+    find_anchors(binding);
+    std::vector<std::shared_ptr<Decoder>> decoders(parts_.size());
+    const auto finish = [&](std::size_t number, Execution& of_part) {
+        decoders[number]->finish(of_part);
+        parts_[number].decoder = decoders[number];
+    };
+    std::atomic<bool> has_early{false};
+    for_parts("factor", threads_, execution, [&](std::size_t number, int threads, Execution& of_part) {
+        BoundPart& part = parts_[number];
+        decoders[number] = make_decoder(binding, part, picked(is_fixed_, part.vertices()), threads, of_part);
+        part.decoder = when_coarse ? decoders[number]->early() : nullptr;
+        if (part.decoder == nullptr) return finish(number, of_part);
+        has_early = true;
+    });
+    if (has_early) {
         std::unique_ptr<BoundMesh> early(new BoundMesh(*this));
-        early->decoder_ = std::move(coarse);
         early->fill_report(components);
         when_coarse(std::move(early));
-    };
-    decoder_ = make_decoder(
-        binding, is_soft, shape, std::move(is_fixed_there), is_same_shape ? &earlier->decoder() : nullptr,
-        when_coarse ? hand_on : std::function<void(std::unique_ptr<const Decoder>)>(), threads_, execution);
-    if (!is_same_shape) report_.timings.insert(shape->timings.begin(), shape->timings.end());
+        for_parts("factor", threads_, execution, [&](std::size_t number, int, Execution& of_part) {
+            if (parts_[number].decoder != decoders[number]) finish(number, of_part);
+        });
+    }
+    for (const auto& decoder : decoders) {
+        for (const auto& [stage, seconds] : decoder->bind_timings())
+            report_.timings[stage] += seconds;
+    }
     fill_report(std::move(components));
 }
 
-/// The shape of the region of free vertices and their surroundings: the earlier mesh' own, if it is the same.
-std::shared_ptr<const RegionShape> BoundMesh::shape_for(const Components& components, const BoundMesh* earlier,
-                                                        Execution& execution) {
+/// The parts of the region with their shapes: the earlier mesh' own where they are the same.
+void BoundMesh::find_parts(const Components& components, const BoundMesh* earlier, Execution& execution) {
     std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed_.size(), 1));
     for (std::size_t v = 0; v < may_move.size(); ++v) {
         may_move[v] = may_move[v] != 0 && !components.fixed[components.part_of[v]].empty() ? 1 : 0;
     }
     is_outside_ = without_small_patches(is_fixed_, may_move, *mesh_->faces, execution);
     const bool is_same = earlier != nullptr && is_outside_ == earlier->is_outside_;
-    Region region = is_same ? Region() : surroundings_of_free(rest(), *mesh_->faces, is_outside_, execution);
-    const Region& of = is_same ? earlier->decoder().shape()->region : region;
-    require_short_rings(of, picked(is_fixed_, of.vertices), execution);
-    if (is_same) return earlier->decoder().shape();
-    return encode_shape(in_spatial_order(region, execution), threads_, execution, mesh_->examples);
+    std::vector<Region> regions;
+    if (is_same) {
+        parts_ = earlier->parts_;
+        region_size_ = earlier->region_size_;
+    } else {
+        const Region whole = surroundings_of_free(rest(), *mesh_->faces, is_outside_, execution);
+        region_size_ = static_cast<Index>(whole.vertices.size());
+        regions = parts_in_spatial_order(whole, execution);
+        for (const Region& region : regions)
+            parts_.push_back({static_cast<Index>(region.vertices.size()), nullptr, nullptr, {}});
+    }
+    for_parts("encode", threads_, execution, [&](std::size_t number, int threads, Execution& of_part) {
+        BoundPart& part = parts_[number];
+        const Region& region = is_same ? part.shape->region : regions[number];
+        require_short_rings(region, picked(is_fixed_, region.vertices), of_part);
+        if (is_same) return;
+        part.shape = encode_shape(std::move(regions[number]), threads, of_part, mesh_->examples,
+                                  mesh_->diagonal > 0.0 ? mesh_->diagonal : 1.0);
+    });
+}
+
+/// Those of each part. @throws InvalidInput.
+void BoundMesh::find_anchors(const Binding& binding) {
+    if (!binding.handles.empty())
+        require_count("handles", binding.handles.size(), "number", anchors_.size(), "anchors");
+    std::vector<Index> anchor_of(is_fixed_.size(), -1);
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+        anchor_of[anchors_[k]] = static_cast<Index>(k);
+        if (!binding.handles.empty() && binding.handles[k] < 0)
+            throw InvalidInput(message("handles[", k, "] is ", binding.handles[k], "; give numbers from 0"));
+    }
+    for (BoundPart& part : parts_) {
+        part.anchors.clear();
+        for (Index row = 0; row < part.size; ++row) {
+            const Index k = anchor_of[part.vertices()[row]];
+            if (k < 0) continue;
+            part.anchors.push_back({k, row});
+            if (!binding.handles.empty()) part.anchors.back().handle = binding.handles[k];
+            if (!binding.strengths.empty()) part.anchors.back().strength = binding.strengths[k];
+        }
+    }
+}
+
+void BoundMesh::for_parts(const char* stage, int threads, Execution& execution, const PartBody& body) const {
+    if (parts_.size() == 1) return body(0, threads, execution);
+    execution.begin_stage(stage);
+    std::mutex mutex;  // of what is done, in vertices
+    Index done = 0;
+    const auto run = [&](std::size_t number, int threads_of_part) {
+        Execution of_part(&execution);
+        body(number, threads_of_part, of_part);
+        const std::lock_guard<std::mutex> lock(mutex);
+        done += parts_[number].size;
+        execution.set_progress(static_cast<double>(done) / region_size_);
+    };
+    const auto is_small = [&](std::size_t number) { return parts_[number].size < 2 * kPiece; };
+    for (std::size_t number = 0; number < parts_.size(); ++number)
+        if (!is_small(number)) run(number, threads);
+    parallel_items(parts_.size(), threads, execution, [&](int, std::size_t number) {
+        if (is_small(number)) run(number, 1);
+    });
 }
 
 Binding BoundMesh::binding_again() const {
@@ -173,21 +235,26 @@ void BoundMesh::fill_report(Components components) {
     report_.part_of = std::move(components.part_of);
     report_.vertex_count = static_cast<Index>(rest().rows());
     report_.anchor_count = static_cast<Index>(anchors_.size());
-    report_.row_count = decoder_->row_count();
-    report_.level_sizes = decoder_->level_sizes();
-    report_.longest_ring = decoder_->longest_ring();
-    report_.detached_triangle_count = decoder_->detached_triangle_count();
-    report_.guarded = picked(region_vertices_, decoder_->encoding().guarded);
-    std::sort(report_.guarded.begin(), report_.guarded.end());
-    report_.guarded_by_reason = decoder_->encoding().guarded_by_reason();
-    for (auto& [reason, vertices] : report_.guarded_by_reason) {
-        for (Index& v : vertices)
-            v = region_vertices_[v];
-        std::sort(vertices.begin(), vertices.end());
+    for (const BoundPart& part : parts_) {
+        const Decoder& decoder = *part.decoder;
+        report_.row_count += decoder.row_count();
+        const std::vector<Index> sizes = decoder.level_sizes();
+        report_.level_sizes.resize(std::max(report_.level_sizes.size(), sizes.size()));
+        std::transform(sizes.begin(), sizes.end(), report_.level_sizes.begin(), report_.level_sizes.begin(),
+                       std::plus<>());
+        report_.longest_ring = std::max(report_.longest_ring, decoder.longest_ring());
+        report_.detached_triangle_count += decoder.detached_triangle_count();
+        for (const Index v : decoder.encoding().guarded)
+            report_.guarded.push_back(part.vertices()[v]);
+        for (const auto& [reason, guarded] : decoder.encoding().guarded_by_reason()) {
+            for (const Index v : guarded)
+                report_.guarded_by_reason[reason].push_back(part.vertices()[v]);
+        }
+        report_.bytes += decoder.bytes();
     }
-    for (const auto& [stage, seconds] : decoder_->bind_timings())
-        report_.timings[stage] += seconds;
-    report_.bytes = decoder_->bytes();
+    std::sort(report_.guarded.begin(), report_.guarded.end());
+    for (auto& [reason, vertices] : report_.guarded_by_reason)
+        std::sort(vertices.begin(), vertices.end());
 }
 
 void BoundMesh::check_weights(const std::vector<double>& weights) const {
@@ -204,7 +271,7 @@ void BoundMesh::check_weights(const std::vector<double>& weights) const {
 
 bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const {
     try {
-        require_targets(targets_without_gaps(targets, weights), anchors_, rest(), mesh_->diagonal);
+        targets_without_gaps(targets, weights);
     } catch (const InvalidInput&) {
         return false;
     }
@@ -218,50 +285,50 @@ Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const st
     for (std::size_t k = 0; k < count; ++k) {
         if (weights[k] == 0.0) filled.row(k) = rest().row(anchors_[k]);
     }
+    require_targets(filled, anchors_, rest(), mesh_->diagonal);
     return filled;
 }
 
-Positions BoundMesh::start_of_region(const PositionsView& targets, const Positions* previous,
-                                     const std::vector<double>& weights, int threads,
-                                     const Execution& execution) const {
-    require_targets(targets, anchors_, rest(), mesh_->diagonal);
-    Positions region(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    parallel_for(static_cast<Index>(region.rows()), threads, execution, [&](Index begin, Index end) {
+Positions BoundMesh::start_of(const BoundPart& part, const PositionsView& targets, const Positions* previous,
+                              const std::vector<double>& weights, int threads, const Execution& execution) const {
+    const std::vector<Index>& vertices = part.vertices();
+    Positions start(static_cast<Eigen::Index>(vertices.size()), 3);
+    parallel_for(static_cast<Index>(start.rows()), threads, execution, [&](Index begin, Index end) {
         for (Index k = begin; k < end; ++k) {
-            if (previous != nullptr && !is_fixed_[region_vertices_[k]]) {
-                region.row(k) = previous->row(k);
-            } else {
-                region.row(k) = rest().row(region_vertices_[k]);
-            }
+            const bool goes_on = previous != nullptr && !is_fixed_[vertices[k]];
+            start.row(k) = goes_on ? previous->row(k) : rest().row(vertices[k]);
         }
     });
-    for (std::size_t k = 0; k < anchors_.size(); ++k) {
-        if (anchor_rows_[k] < 0 || is_of_loose_part_[k]) continue;
-        const bool is_freed = !weights.empty() && weights[k] == 0.0;
-        if (is_fixed_[anchors_[k]] || (previous == nullptr && !is_freed))
-            region.row(anchor_rows_[k]) = targets.row(k);
+    for (const auto& [number, vertex, handle, strength] : part.anchors) {
+        const bool is_freed = !weights.empty() && weights[number] == 0.0;
+        if (is_fixed_[anchors_[number]] || (previous == nullptr && !is_freed))
+            start.row(vertex) = targets.row(number);
     }
-    return region;
+    return start;
 }
 
-Positions BoundMesh::region_of(const PositionsView& start, int threads, const Execution& execution) const {
+std::vector<Positions> BoundMesh::parts_of(const PositionsView& start, const Execution& execution) const {
     require_start(start, rest(), mesh_->diagonal, is_fixed_);
-    Positions region(static_cast<Eigen::Index>(region_vertices_.size()), 3);
-    parallel_for(static_cast<Index>(region.rows()), threads, execution, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k)
-            region.row(k) = start.row(region_vertices_[k]);
-    });
-    return region;
+    std::vector<Positions> shapes;
+    for (const BoundPart& part : parts_) {
+        execution.check();
+        shapes.emplace_back(start(part.vertices(), Eigen::all));
+    }
+    return shapes;
 }
 
-Positions BoundMesh::whole_mesh(const Positions& region, const PositionsView& targets, int threads) const {
+Positions BoundMesh::whole_mesh(const std::vector<Positions>& parts, const PositionsView& targets,
+                                int threads) const {
     const Execution uncancelled;
     Positions positions = rest();
-    parallel_for(static_cast<Index>(region.rows()), threads, uncancelled, [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k) {
-            if (!is_fixed_[region_vertices_[k]]) positions.row(region_vertices_[k]) = region.row(k);
-        }
-    });
+    for (std::size_t number = 0; number < parts_.size(); ++number) {
+        const std::vector<Index>& vertices = parts_[number].vertices();
+        parallel_for(parts_[number].size, threads, uncancelled, [&](Index begin, Index end) {
+            for (Index k = begin; k < end; ++k) {
+                if (!is_fixed_[vertices[k]]) positions.row(vertices[k]) = parts[number].row(k);
+            }
+        });
+    }
     for (std::size_t k = 0; k < anchors_.size(); ++k) {
         if (is_fixed_[anchors_[k]] && !is_of_loose_part_[k]) positions.row(anchors_[k]) = targets.row(k);
     }
@@ -269,18 +336,21 @@ Positions BoundMesh::whole_mesh(const Positions& region, const PositionsView& ta
     return positions;
 }
 
-std::vector<double> BoundMesh::example_weights(const ExampleWeights& weights, int threads) const {
-    if (!decoder_->shape()->examples) return {};
-    const ExampleSpace& examples = decoder_->shape()->examples->whole;
-    const std::size_t count = static_cast<std::size_t>(examples.count()) + 1;
+std::vector<double> BoundMesh::example_weights(const std::vector<DecodeReport>& reports, int threads) const {
+    if (mesh_->examples.empty()) return {};
+    const std::size_t count = mesh_->examples.size() + 1;
     std::vector<double> result(count * is_fixed_.size(), 0.0);
     for (std::size_t v = 0; v < is_fixed_.size(); ++v)
         result[v * count] = 1.0;
-    if (weights.size() == 0) return result;
-    parallel_for(static_cast<Index>(region_vertices_.size()), threads, Execution(), [&](Index begin, Index end) {
-        for (Index k = begin; k < end; ++k)
-            examples.weights_at(k, weights, result.data() + region_vertices_[k] * count);
-    });
+    for (std::size_t number = 0; number < parts_.size(); ++number) {
+        const ExampleWeights& weights = reports[number].example_weights;
+        if (weights.size() == 0) continue;
+        const RegionShape& shape = *parts_[number].shape;
+        parallel_for(parts_[number].size, threads, Execution(), [&](Index begin, Index end) {
+            for (Index k = begin; k < end; ++k)
+                shape.examples->whole.weights_at(k, weights, result.data() + shape.region.vertices[k] * count);
+        });
+    }
     return result;
 }
 

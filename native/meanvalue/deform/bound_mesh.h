@@ -11,6 +11,7 @@
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/deform/binding.h"
+#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/loose_parts.h"
 #include "meanvalue/mesh/components.h"
 
@@ -24,6 +25,19 @@ struct RestMesh {
     double diagonal = 0.0;  ///< of its bounding box
     std::vector<SharedPositions> examples;
 };
+
+/// A connected part of the region, which is what is free and its surroundings. Each is bound and solved by itself, so
+/// that what stands beside it changes none of its bits.
+struct BoundPart {
+    Index size;  ///< in vertices
+    std::shared_ptr<const RegionShape> shape;
+    std::shared_ptr<const Decoder> decoder;
+    std::vector<AnchorOfRegion> anchors;
+
+    const std::vector<Index>& vertices() const { return shape->region.vertices; }  ///< of the mesh
+};
+
+using PartBody = std::function<void(std::size_t number, int threads, Execution& execution)>;
 
 /// Everything that bind makes. Never written to afterwards, so that any number of threads may read it.
 class BoundMesh {
@@ -39,7 +53,10 @@ class BoundMesh {
               const std::function<void(std::unique_ptr<const BoundMesh>)>& when_coarse = {});
     BoundMesh& operator=(const BoundMesh&) = delete;
 
-    const Decoder& decoder() const { return *decoder_; }
+    const std::vector<BoundPart>& parts() const { return parts_; }  ///< at least one
+    /// Calls body for each: large ones one after another with all threads, others side by side. Each of several has
+    /// an execution of its own; the progress of `stage` is that of their vertices.
+    void for_parts(const char* stage, int threads, Execution& execution, const PartBody& body) const;
     const BindReport& report() const { return report_; }
     /// How many threads a call may use that asks for `threads`, 0 for as many as it was bound with.
     /// @throws InvalidInput where it is negative.
@@ -54,32 +71,32 @@ class BoundMesh {
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
     /// hard.
     void check_weights(const std::vector<double>& weights) const;
-    /// Whether start_of_region() takes them. @param weights that check_weights() takes.
+    /// Whether targets_without_gaps() takes them. @param weights that check_weights() takes.
     bool can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const;
     /// k x 3: `targets`, and where `weights` (k, or empty: all 1) free an anchor, its place at rest.
-    /// @throws as check_weights().
+    /// @throws InvalidInput, also as check_weights().
     Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;
-    /// The decoder's vertices where a solve begins: anchors that are not freed at their targets, all others at rest,
-    /// or free ones and soft anchors where they were. @param previous the decoder's vertices before, or nullptr.
-    /// @param weights that targets_without_gaps() took. @param threads as given by threads_of(), here and below.
-    /// @throws InvalidInput, Cancelled.
-    Positions start_of_region(const PositionsView& targets, const Positions* previous,
-                              const std::vector<double>& weights, int threads, const Execution& execution) const;
-    /// The decoder's vertices of a shape to start from, n x 3. @throws InvalidInput, Cancelled.
-    Positions region_of(const PositionsView& start, int threads, const Execution& execution) const;
-    /// n x 3: the whole mesh with the decoder's vertices and the anchors that are met exactly; loose parts carried
+    /// The decoder's vertices where a solve of a part begins: anchors that are not freed at their targets, all others
+    /// at rest, or free ones and soft anchors where they were. @param targets, weights of targets_without_gaps().
+    /// @param previous the decoder's vertices before, or nullptr. @param threads as given by threads_of(), here and
+    /// below. @throws Cancelled.
+    Positions start_of(const BoundPart& part, const PositionsView& targets, const Positions* previous,
+                       const std::vector<double>& weights, int threads, const Execution& execution) const;
+    /// Of each part the decoder's vertices of a shape to start from, n x 3. @throws InvalidInput, Cancelled.
+    std::vector<Positions> parts_of(const PositionsView& start, const Execution& execution) const;
+    /// n x 3: the whole mesh with the parts' vertices and the anchors that are met exactly; loose parts carried
     /// along.
-    Positions whole_mesh(const Positions& region, const PositionsView& targets, int threads) const;
-    /// n x (e + 1). @param weights of the decoder, or empty: there are no examples.
-    std::vector<double> example_weights(const ExampleWeights& weights, int threads) const;
+    Positions whole_mesh(const std::vector<Positions>& parts, const PositionsView& targets, int threads) const;
+    /// n x (e + 1). @param reports of the parts.
+    std::vector<double> example_weights(const std::vector<DecodeReport>& reports, int threads) const;
     /// The parts that go along with others, which have no rows.
     const LooseParts& loose_parts() const { return loose_parts_; }
 
   private:
     BoundMesh(const BoundMesh&) = default;
 
-    std::shared_ptr<const RegionShape> shape_for(const Components& components, const BoundMesh* earlier,
-                                                 Execution& execution);
+    void find_parts(const Components& components, const BoundMesh* earlier, Execution& execution);
+    void find_anchors(const Binding& binding);
     void fill_report(Components components);
 
     std::shared_ptr<const RestMesh> mesh_;
@@ -91,12 +108,11 @@ class BoundMesh {
     std::vector<Index> anchors_;
     std::vector<char> is_fixed_;          // n: hard anchors, what lies outside the region of influence, loose parts
     std::vector<char> is_of_loose_part_;  // k: anchors of a soft border that are carried along
-    std::vector<char> is_outside_;        // n: all but this and its surroundings is the decoder's region
-    std::vector<Index> region_vertices_;  // the decoder's vertex numbers in the mesh
-    std::vector<Index> anchor_rows_;      // k: the decoder's vertex of each anchor, or -1
+    std::vector<char> is_outside_;        // n: all but this and its surroundings is the region
     LooseParts loose_parts_;
     BindReport report_;
-    std::shared_ptr<const Decoder> decoder_;
+    std::vector<BoundPart> parts_;
+    Index region_size_ = 0;  // in vertices, of all parts
 };
 
 }  // namespace meanvalue

@@ -1,18 +1,49 @@
 #include "meanvalue/deform/deformer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <utility>
 
+#include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/deform/bound_mesh.h"
 
 namespace meanvalue {
 namespace {
 
-/// @param region the decoder's vertices that the solve begins at, none: at rest; receives those of the result.
-Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, const PositionsView& targets,
-                    std::optional<Positions>& region, const SolveOptions& options, Execution& execution) {
+using Workspaces = std::vector<std::unique_ptr<Workspace>>;  // of the parts
+
+Workspaces make_workspaces(const BoundMesh& bound, const Execution& execution) {
+    Workspaces workspaces;
+    for (const BoundPart& part : bound.parts())
+        workspaces.push_back(part.decoder->make_workspace(execution));
+    return workspaces;
+}
+
+/// Adds what a part did: sums, and the most iterations of any.
+void add(const DecodeReport& part, Solution& solution) {
+    const std::vector<double>& energies = part.energies;
+    solution.part_energies.push_back(energies.back());
+    const double last = solution.energies.empty() ? 0.0 : solution.energies.back();
+    solution.energies.resize(std::max(solution.energies.size(), energies.size()), last);
+    for (std::size_t k = 0; k < solution.energies.size(); ++k)
+        solution.energies[k] += energies[std::min(k, energies.size() - 1)];
+    solution.initial_gradient = std::hypot(solution.initial_gradient, part.initial_gradient);
+    solution.gradient = std::hypot(solution.gradient, part.gradient);
+    if (solution.converged && (part.all_iterations >= solution.all_iterations || !part.converged))
+        solution.stop_reason = part.stop_reason;
+    solution.converged = solution.converged && part.converged;
+    solution.iterations = std::max(solution.iterations, part.iterations);
+    solution.all_iterations = std::max({solution.all_iterations, part.iterations, part.all_iterations});
+    for (const auto& [stage, seconds] : part.timings)
+        solution.timings[stage] += seconds;
+}
+
+/// @param shapes of the parts that the solve begins at, or none: at rest; receive those of the result. After an
+/// exception they are where they were, and the workspaces remember no new answer.
+Solution solve_with(const BoundMesh& bound, const Workspaces& workspaces, bool in_drag, const PositionsView& targets,
+                    std::vector<Positions>& shapes, const SolveOptions& options, Execution& execution) {
     const double tolerance = options.tolerance.value_or(bound.default_tolerance());
     if (!(tolerance > 0.0)) {
         throw InvalidInput(message("tolerance is ", tolerance, "; give a positive number"));
@@ -20,64 +51,67 @@ Solution solve_with(const BoundMesh& bound, Workspace& workspace, bool in_drag, 
     if (options.max_iterations < 0) {
         throw InvalidInput(message("max_iterations is ", options.max_iterations, "; give 0 or more"));
     }
+    const std::vector<double>& enough = options.enough_energies;
+    if (!enough.empty()) require_count("enough_energies", enough.size(), "number", bound.parts().size(), "parts");
     const std::vector<double>& weights = options.weights;
     const Positions filled = bound.targets_without_gaps(targets, weights);
     const PositionsView filled_view = filled;
     const int threads = bound.threads_of(options.threads);
-    const Positions* const previous = region ? &*region : nullptr;
-    Positions positions = bound.start_of_region(filled, previous, weights, threads, execution);
     Solution solution;
-    DecodeReport report;
+    std::vector<DecodeReport> reports(bound.parts().size());
+    const bool is_cold = shapes.empty();
+    std::vector<Positions> found(reports.size());
+    DecodeOptions decode_options;
+    decode_options.tolerance = tolerance;
+    decode_options.max_iterations = options.max_iterations;
+    decode_options.targets = &filled_view;
+    decode_options.weights = weights.empty() ? nullptr : &weights;
+    decode_options.in_drag = in_drag;
+    decode_options.is_last = options.settle;
+    decode_options.is_kept = options.is_kept;
     Timings total;
     {
         const StageTimer timer(total, "total");
-        execution.begin_stage("solve");
-        DecodeOptions decode_options;
-        decode_options.tolerance = tolerance;
-        decode_options.max_iterations = options.max_iterations;
-        decode_options.enough_energy = options.enough_energy;
-        decode_options.previous = previous;
-        decode_options.targets = &filled_view;
-        decode_options.weights = weights.empty() ? nullptr : &weights;
-        decode_options.threads = threads;
-        decode_options.in_drag = in_drag;
-        decode_options.is_last = options.settle;
-        decode_options.is_kept = options.is_kept;
-        const Decoder& decoder = bound.decoder();
-        const bool asks_rest = previous != nullptr && options.settle;
-        if (asks_rest) decode_options.in_drag = decode_options.is_last = false;  // roughly, at first
-        report = decoder.decode(decode_options, workspace, positions, execution);
-        if (asks_rest) {
-            const Positions near = positions;
-            positions = bound.start_of_region(filled, nullptr, weights, threads, execution);
-            decode_options.previous = nullptr;
-            decode_options.is_last = true;
-            DecodeReport fresh_report = decoder.decode(decode_options, workspace, positions, execution);
-            if (report.energies.back() < fresh_report.energies.back()) {
-                positions = bound.start_of_region(filled, &near, weights, threads, execution);
-                decode_options.previous = &near;
-                report = decoder.decode(decode_options, workspace, positions, execution);
-            } else {
-                report = std::move(fresh_report);
-            }
-        }
-        // Once both are done: after a cancel the next frame goes on from the answer before.
-        if (options.settle) workspace.forget();
+        bound.for_parts("solve", threads, execution,
+                        [&](std::size_t number, int threads_of_part, Execution& of_part) {
+                            DecodeOptions part_options = decode_options;
+                            if (!enough.empty()) part_options.enough_energy = enough[number];
+                            part_options.threads = threads_of_part;
+                            const BoundPart& part = bound.parts()[number];
+                            const auto decode = [&](const Positions* previous, Positions& positions) {
+                                part_options.previous = previous;
+                                positions = bound.start_of(part, filled, previous, weights, threads_of_part, of_part);
+                                return part.decoder->decode(part_options, *workspaces[number], positions, of_part);
+                            };
+                            const bool asks_rest = !is_cold && options.settle;
+                            if (asks_rest) part_options.in_drag = part_options.is_last = false;  // roughly, at first
+                            reports[number] = decode(is_cold ? nullptr : &shapes[number], found[number]);
+                            if (!asks_rest) return;
+                            const Positions near = found[number];
+                            part_options.is_last = true;
+                            DecodeReport fresh_report = decode(nullptr, found[number]);
+                            if (reports[number].energies.back() < fresh_report.energies.back()) {
+                                reports[number] = decode(&near, found[number]);
+                            } else {
+                                reports[number] = std::move(fresh_report);
+                            }
+                        });
     }
-    solution.vertices = bound.whole_mesh(positions, filled, threads);
-    solution.example_weights = bound.example_weights(report.example_weights, threads);
-    region = std::move(positions);
-    solution.energies = report.energies;
-    solution.initial_energy = report.energies.front();
-    solution.energy = report.energies.back();
-    solution.initial_gradient = report.initial_gradient;
-    solution.gradient = report.gradient;
-    solution.iterations = report.iterations;
-    solution.all_iterations = std::max(report.iterations, report.all_iterations);
-    solution.converged = report.converged;
-    solution.stop_reason = report.stop_reason;
-    solution.timings = std::move(report.timings);
+    solution.vertices = bound.whole_mesh(found, filled, threads);
+    solution.example_weights = bound.example_weights(reports, threads);
+    solution.converged = true;
+    for (const DecodeReport& report : reports)
+        add(report, solution);
+    solution.initial_energy = solution.energies.front();
+    solution.energy = solution.energies.back();
     solution.timings.merge(total);
+    shapes = std::move(found);
+    // Once all are done: what is canceled leaves the drag as it was.
+    for (std::size_t number = 0; number < shapes.size(); ++number) {
+        if (options.settle) workspaces[number]->forget();
+        if (in_drag && !is_cold && !options.settle)
+            bound.parts()[number].decoder->remember(shapes[number], *workspaces[number]);
+    }
     return solution;
 }
 
@@ -87,21 +121,21 @@ struct Deformer::State {
     explicit State(std::unique_ptr<const BoundMesh> mesh) : bound(std::move(mesh)) {}
 
     /// Neither of these waits: in a forked child the lock may be held for ever.
-    std::unique_ptr<Workspace> take_workspace(const Execution& execution) {
+    Workspaces take_workspaces(const Execution& execution) {
         {
             const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
-            if (lock && idle) return std::move(idle);
+            if (lock && !idle.empty()) return std::exchange(idle, {});
         }
-        return bound->decoder().make_workspace(execution);
+        return make_workspaces(*bound, execution);
     }
-    void keep_workspace(std::unique_ptr<Workspace> workspace) {
+    void keep_workspaces(Workspaces workspaces) {
         const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
-        if (lock) idle = std::move(workspace);
+        if (lock) idle = std::move(workspaces);
     }
 
     const std::shared_ptr<const BoundMesh> bound;
     std::mutex mutex;
-    std::unique_ptr<Workspace> idle;  // of the last solve, for the next: to take its memory again costs a part of one
+    Workspaces idle;  // of the last solve, for the next: to take its memory again costs a part of one
 };
 
 struct Deformer::Drag::State {
@@ -109,9 +143,9 @@ struct Deformer::Drag::State {
 
     const std::shared_ptr<const BoundMesh> bound;
     std::mutex mutex;
-    std::optional<Positions> region;  // of the last answer
-    std::mutex making;                // of the workspace, which is there for good then
-    std::unique_ptr<Workspace> workspace;
+    std::vector<Positions> shapes;  // of the parts in the last answer
+    std::mutex making;              // of the workspaces, which are there for good then
+    Workspaces workspaces;
 };
 
 Deformer::Deformer(std::unique_ptr<const BoundMesh> bound) : state_(std::make_unique<State>(std::move(bound))) {}
@@ -146,17 +180,17 @@ const BoundMesh& Deformer::bound() const {
 
 Solution Deformer::solve(const PositionsView& targets, const std::optional<PositionsView>& start,
                          const SolveOptions& options, Execution& execution) const {
-    std::unique_ptr<Workspace> workspace = state_->take_workspace(execution);
-    std::optional<Positions> region;
-    if (start) region = bound().region_of(*start, bound().threads_of(options.threads), execution);
-    Solution solution = solve_with(bound(), *workspace, false, targets, region, options, execution);
-    state_->keep_workspace(std::move(workspace));
+    Workspaces workspaces = state_->take_workspaces(execution);
+    std::vector<Positions> shapes;
+    if (start) shapes = bound().parts_of(*start, execution);
+    Solution solution = solve_with(bound(), workspaces, false, targets, shapes, options, execution);
+    state_->keep_workspaces(std::move(workspaces));
     return solution;
 }
 
 Deformer::Drag::Drag(const Deformer& deformer, const std::optional<PositionsView>& start)
     : state_(std::make_unique<State>(deformer.state_->bound)) {
-    if (start) state_->region = deformer.bound().region_of(*start, deformer.bound().threads_of(0), Execution());
+    if (start) state_->shapes = deformer.bound().parts_of(*start, Execution());
 }
 
 Deformer::Drag::Drag(Drag&&) noexcept = default;
@@ -165,30 +199,34 @@ Deformer::Drag::~Drag() = default;
 
 Solution Deformer::Drag::solve(const PositionsView& targets, const SolveOptions& options, Execution& execution) {
     const std::lock_guard<std::mutex> lock(state_->mutex);
-    if (!state_->workspace) {
+    if (state_->workspaces.empty()) {
         const std::lock_guard<std::mutex> lock_making(state_->making);
-        state_->workspace = state_->bound->decoder().make_workspace(execution);
+        state_->workspaces = make_workspaces(*state_->bound, execution);
     }
-    return solve_with(*state_->bound, *state_->workspace, true, targets, state_->region, options, execution);
+    return solve_with(*state_->bound, state_->workspaces, true, targets, state_->shapes, options, execution);
 }
 
 std::optional<Positions> Deformer::Drag::draft(const PositionsView& targets, int threads,
                                                const Execution& execution) const {
-    Workspace* workspace = nullptr;
+    const Workspaces* workspaces = nullptr;
     {
         const std::unique_lock<std::mutex> lock(state_->making, std::try_to_lock);
-        if (lock) workspace = state_->workspace.get();
+        if (lock && !state_->workspaces.empty()) workspaces = &state_->workspaces;
     }
-    if (workspace == nullptr) return {};
+    if (workspaces == nullptr) return {};
     const BoundMesh& bound = *state_->bound;
     const Positions filled = bound.targets_without_gaps(targets, {});
     const PositionsView filled_view = filled;
     DecodeOptions options;
     options.targets = &filled_view;
     options.threads = bound.threads_of(threads);
-    Positions region = bound.start_of_region(filled, nullptr, {}, options.threads, execution);
-    if (!bound.decoder().draft(options, *workspace, region, execution)) return {};
-    return bound.whole_mesh(region, filled, options.threads);
+    std::vector<Positions> shapes;
+    for (const BoundPart& part : bound.parts()) {
+        Workspace& workspace = *(*workspaces)[shapes.size()];
+        shapes.push_back(bound.start_of(part, filled, nullptr, {}, options.threads, execution));
+        if (!part.decoder->draft(options, workspace, shapes.back(), execution)) return {};
+    }
+    return bound.whole_mesh(shapes, filled, options.threads);
 }
 
 }  // namespace meanvalue

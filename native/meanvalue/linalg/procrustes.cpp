@@ -61,4 +61,17 @@ Similarity fit_similarity(const PositionsView& from, const PositionsView& to, co
     return result;
 }
 
+Positions carry_along(const PositionsView& from, const PositionsView& to, const std::vector<char>& is_held,
+                      const std::vector<double>& weights) {
+    std::vector<Index> held;
+    for (std::size_t v = 0; v < is_held.size(); ++v)
+        if (is_held[v]) held.push_back(static_cast<Index>(v));
+    Positions carried = from;
+    if (held.empty()) return carried;
+    const Similarity fit = fit_similarity(from, to, held, weights);
+    for (Index v = 0; v < carried.rows(); ++v)
+        carried.row(v) = fit.apply(from.row(v).transpose());
+    return carried;
+}
+
 }  // namespace meanvalue

@@ -42,4 +42,9 @@ Matrix3 fit_rotation(const Matrix3& covariance);
 Similarity fit_similarity(const PositionsView& from, const PositionsView& to, const std::vector<Index>& points,
                           const std::vector<double>& weights = {});
 
+/// n x 3: all of `from` moved by the fit_similarity() of what is held; as it is where nothing is. @param is_held n
+/// flags.
+Positions carry_along(const PositionsView& from, const PositionsView& to, const std::vector<char>& is_held,
+                      const std::vector<double>& weights = {});
+
 }  // namespace meanvalue

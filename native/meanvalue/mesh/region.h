@@ -16,8 +16,8 @@ struct Region {
     std::vector<char> is_fixed;   ///< of these vertices
 };
 
-/// `is_fixed` without small patches of anchors (up to a 64th of what may move), so that a region is the same when an
-/// anchor is added or removed.
+/// `is_fixed` without small patches of anchors (up to a 64th of what may move and hangs together there, and single
+/// ones), so that a region is the same when an anchor is added or removed.
 /// @param is_fixed n flags; @param may_move n flags: all that is fixed of these are anchors. @throws Cancelled.
 /// Cost: linear.
 std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::vector<char>& may_move,
@@ -28,9 +28,10 @@ std::vector<char> without_small_patches(std::vector<char> is_fixed, const std::v
 Region surroundings_of_free(const PositionsView& positions, const TrianglesView& faces,
                             const std::vector<char>& is_fixed, const Execution& execution);
 
-/// The same region with its vertices along a Z-order curve (Morton 1966), and its faces in the order of their first
-/// corners: neighbors on the surface are mostly neighbors in memory, whatever order the mesh came in and however it
-/// was rotated. @throws Cancelled. Cost: that of sorting.
-Region in_spatial_order(const Region& region, const Execution& execution);
+/// The parts of a region that hang together by its faces, at least one, ordered by their first vertex; each with its
+/// vertices along a Z-order curve (Morton 1966), and its faces in the order of their first corners: neighbors on the
+/// surface are mostly neighbors in memory, whatever order the mesh came in and however it was rotated, and nothing of
+/// a part depends on the others. @throws Cancelled. Cost: that of sorting.
+std::vector<Region> parts_in_spatial_order(const Region& region, const Execution& execution);
 
 }  // namespace meanvalue

@@ -4,6 +4,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/common/tolerances.h"
 #include "meanvalue/optimise/line_search.h"
 
 namespace meanvalue {
@@ -29,7 +30,7 @@ bool falls(const std::vector<double>& energies, std::size_t steps, double share)
 
 }  // namespace
 
-Lbfgs::Lbfgs(const Unknowns& unknowns, double size) : unknowns_(&unknowns) {
+Lbfgs::Lbfgs(const Unknowns& unknowns, double size) : unknowns_(&unknowns), size_(size) {
     const auto count = static_cast<Eigen::Index>(unknowns.free.size());
     // Without writing to them: filling hundreds of megabytes takes longer than a cancel may wait. All is written
     // before it is read.
@@ -59,12 +60,15 @@ LbfgsReport Lbfgs::minimise(const Energy& energy, const Preconditioner& precondi
         history_.find_direction(gradient_, preconditioner, options.threads, execution, direction_);
         const double slope = (direction_.cwiseProduct(gradient_)).sum();
         const double longest = std::sqrt(direction_.rowwise().squaredNorm().maxCoeff());
+        report.converged = longest < kRounding * size_;  // the rest cannot be told from rounding
+        if (report.converged) break;
         double length = slope < 0.0 ? 1.0 : 0.0;
         double trial_value = value;
         for (int halving = 0; length > 0.0; ++halving, length = halving > kMostHalvings ? 0.0 : 0.5 * length) {
             move_free(length, positions, trial_, options.threads, execution);
             trial_value = energy(trial_, trial_gradient_);
             if (falls_enough(value, trial_value, length * slope)) break;
+            if (trial_ == positions) length = 0.0;  // as no shorter one moves anything
         }
         is_inherited = is_inherited && report.iterations() < LbfgsHistory::kPairs;
         if (length * kLongest < 1.0 && is_inherited) {

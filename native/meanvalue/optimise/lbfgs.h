@@ -66,6 +66,7 @@ class Lbfgs {
                    const Execution& execution) const;
 
     const Unknowns* unknowns_ = nullptr;
+    double size_ = 1.0;
     Positions gradient_, trial_gradient_, farther_gradient_, direction_;  // |V'| x 3
     Positions trial_, farther_;                                           // n x 3
     LbfgsHistory history_;

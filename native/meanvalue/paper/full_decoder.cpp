@@ -1,7 +1,7 @@
 #include "meanvalue/paper/full_decoder.h"
 
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/decode/carry_parts.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/optimise/elimination_order.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
@@ -46,7 +46,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& /*work
 void FullDecoder::choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
                                Execution& execution) const {
     if (unknowns_.free.empty()) return;
-    Positions carried = carry_parts(components_, region_.positions, positions);
+    Positions carried = carry_along(region_.positions, positions, region_.is_fixed);
     Positions fixed_moves = positions - carried;
     for (const Index v : unknowns_.free) {
         fixed_moves.row(v).setZero();

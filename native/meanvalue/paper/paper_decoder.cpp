@@ -4,8 +4,8 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/encoding/encoder.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
@@ -103,7 +103,7 @@ DecodeReport PaperDecoder::solve_base(int threads, Positions& positions, Executi
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
     // Where the base mesh has no residuals at all, what follows the anchors is taken.
-    const Positions all_carried = carry_parts(components_, region_.positions, positions);
+    const Positions all_carried = carry_along(region_.positions, positions, region_.is_fixed);
     Positions carried = positions;
     for (const Index v : base_unknowns_.free)
         carried.row(v) = all_carried.row(v);

@@ -21,6 +21,7 @@ namespace {
 // for so many iterations: where a snap goes over a ridge, there is no shape that is as good.
 constexpr double kMostEnergy = 1.05;
 constexpr int kMostSettling = 12;
+constexpr double kWhatever = std::numeric_limits<double>::infinity();
 // The largest coordinate of a result, which is in single precision; smoothing and differences need some room.
 constexpr double kMostCoordinate = std::numeric_limits<float>::max() / 8.0;
 
@@ -43,6 +44,7 @@ class SequenceSolve {
           options_(options),
           execution_(execution),
           plan_(plan_runs(deformer.bound(), trajectories, options, execution)),
+          parts_(deformer.bound().parts()),
           overlaps_(plan_.runs.size()) {
         require_single_precision(deformer.bound().rest(), "the rest shape");
         result_.first = plan_.begin;
@@ -54,7 +56,8 @@ class SequenceSolve {
         result_.energies.assign(count, std::numeric_limits<double>::quiet_NaN());
         result_.iterations.resize(count);
         result_.converged.resize(count);
-        is_moved_.assign(count, 0);
+        energies_.resize(count);
+        is_moved_.assign(count, std::vector<char>(parts_.size(), 0));
         for (const Run& run : plan_.runs)
             frames_to_solve_ += run.end - run.begin;
     }
@@ -72,10 +75,10 @@ class SequenceSolve {
         });
         for (std::size_t number = 0; number < plan_.runs.size(); ++number)
             fade_into(number);
-        parallel_items(is_moved_.size(), threads, execution_, [&](int, std::size_t row) {
-            if (is_moved_[row]) settle(row, is_moved_.size() > 1 ? 1 : threads);
-        });
+        parallel_items(is_moved_.size(), threads, execution_,
+                       [&](int, std::size_t row) { settle(row, is_moved_.size() > 1 ? 1 : threads); });
         std::sort(result_.snaps.begin(), result_.snaps.end());
+        result_.snaps.erase(std::unique(result_.snaps.begin(), result_.snaps.end()), result_.snaps.end());
         carry_loose_parts(threads);
         std::sort(result_.failures.begin(), result_.failures.end(),
                   [](const FrameFailure& a, const FrameFailure& b) { return a.frame < b.frame; });
@@ -153,6 +156,7 @@ class SequenceSolve {
             if (!in_result) return true;
             const auto row = static_cast<std::size_t>(frame - plan_.begin);
             result_.energies[row] = solution.energy;
+            energies_[row] = solution.part_energies;
             result_.iterations[row] = solution.all_iterations;
             result_.converged[row] = static_cast<char>(solution.converged);
             return true;
@@ -173,29 +177,36 @@ class SequenceSolve {
             if (is_kept || !frames.is_solved[k]) stays[k] = 1;
             if (k > 0 && !frames.is_solved[k]) stays[k - 1] = 1;
         }
-        RunPaths paths(frames.shapes, static_cast<std::size_t>(result_.vertex_count), frames.is_solved);
-        const double size = bounding_box_diagonal(deformer_.bound().rest());
-        const std::vector<double> limits = paths.limits(trajectories_, run.begin, size);
-        const std::vector<Snap> snaps = paths.find_snaps(limits, execution_);
-        const std::vector<char> is_moved = paths.spread(snaps, limits, stays, plan_.overlap, execution_);
-        for (Index frame = std::max(plan_.begin, run.own_begin); frame < std::min(plan_.end, run.end); ++frame)
-            is_moved_[frame - plan_.begin] = is_moved[frame - run.begin];
-        const std::lock_guard<std::mutex> lock(mutex_);
-        for (const Snap& snap : snaps) {
-            const Index frame = run.begin + snap.frame;
-            if (snap.length >= kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
-                result_.snaps.push_back(frame);
+        for (std::size_t number = 0; number < parts_.size(); ++number) {
+            const double size = bounding_box_diagonal(parts_[number].shape->region.positions);
+            if (size == 0.0) continue;  // a point is where it is pulled
+            RunPaths paths(frames.shapes, parts_[number].vertices(), frames.is_solved);
+            const std::vector<double> limits = paths.limits(trajectories_, parts_[number].anchors, run.begin, size);
+            const std::vector<Snap> snaps = paths.find_snaps(limits, execution_);
+            const std::vector<char> is_moved = paths.spread(snaps, limits, stays, plan_.overlap, execution_);
+            for (Index frame = std::max(plan_.begin, run.own_begin); frame < std::min(plan_.end, run.end); ++frame)
+                is_moved_[frame - plan_.begin][number] = is_moved[frame - run.begin];
+            const std::lock_guard<std::mutex> lock(mutex_);
+            for (const Snap& snap : snaps) {
+                const Index frame = run.begin + snap.frame;
+                if (snap.length >= kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
+                    result_.snaps.push_back(frame);
+            }
         }
     }
 
-    /// Lets a frame that was moved go back towards its minimum: a blend of two shapes is none of the surface's own.
+    /// Lets what was moved of a frame go back towards its minimum: a blend of two shapes is none of the surface's
+    /// own.
     void settle(std::size_t row, int threads) {
         const Index frame = plan_.begin + static_cast<Index>(row);
         if (std::isnan(result_.energies[row])) return;  // it holds another frame's
+        const std::vector<char>& is_moved = is_moved_[row];
+        if (std::find(is_moved.begin(), is_moved.end(), char{1}) == is_moved.end()) return;
         SolveOptions options;
         options.tolerance = options_.tolerance;
         options.max_iterations = std::min(options_.max_iterations, kMostSettling);
-        options.enough_energy = kMostEnergy * result_.energies[row];
+        for (std::size_t part = 0; part < parts_.size(); ++part)
+            options.enough_energies.push_back(is_moved[part] ? kMostEnergy * energies_[row][part] : kWhatever);
         options.weights = weights_at(trajectories_, frame);
         options.threads = threads;
         float* const shape = shape_in_result(frame);
@@ -207,8 +218,11 @@ class SequenceSolve {
             const Positions settled =
                 deformer_.solve(targets_at(trajectories_, frame), start, options, of_frame).vertices;
             require_single_precision(settled, "the solved shape");
-            std::transform(settled.data(), settled.data() + settled.size(), shape,
-                           [](double x) { return static_cast<float>(x); });
+            for (std::size_t part = 0; part < parts_.size(); ++part) {
+                if (!is_moved[part]) continue;
+                for (const Index v : parts_[part].vertices())
+                    Eigen::Map<Eigen::RowVector3f>(shape + std::size_t{3} * v) = settled.row(v).cast<float>();
+            }
         } catch (const InvalidInput&) {  // what was spread is as good as it gets
         } catch (const SolverFailure&) {
         }
@@ -234,7 +248,7 @@ class SequenceSolve {
             const auto share = static_cast<float>(fade(place, plan_.overlap));
             const Index frame = plan_.runs[number].own_begin - plan_.overlap + place;
             float* const from = shape_in_result(frame);
-            is_moved_[frame - plan_.begin] = 1;
+            is_moved_[frame - plan_.begin].assign(parts_.size(), 1);
             for (std::size_t i = 0; i < numbers_of_shape(); ++i)
                 from[i] += share * (to[i] - from[i]);
         }
@@ -259,11 +273,13 @@ class SequenceSolve {
     const SequenceOptions& options_;
     Execution& execution_;
     RunPlan plan_;
+    const std::vector<BoundPart>& parts_;
     std::vector<std::vector<Shape>> overlaps_;  // of each run
     std::int64_t frames_to_solve_ = 0;
     std::atomic<std::int64_t> frames_solved_{0};
-    std::mutex mutex_;            // of result_.failures and snaps
-    std::vector<char> is_moved_;  // of each wanted frame: not where it was solved
+    std::mutex mutex_;                           // of result_.failures and snaps
+    std::vector<std::vector<double>> energies_;  // of each wanted frame: Solution::part_energies
+    std::vector<std::vector<char>> is_moved_;    // of each wanted frame and part: not where it was solved
     Sequence result_;
 };
 

@@ -8,8 +8,9 @@
 namespace meanvalue {
 namespace {
 
-// Numbers of points whose paths fit into the cache.
-constexpr std::size_t kBlock = 192;
+// Points whose paths fit into the cache, and their numbers.
+constexpr std::size_t kPointsOfBlock = 64;
+constexpr std::size_t kBlock = 3 * kPointsOfBlock;
 // A step is compared with the median of so many to either side, which a snap of up to three steps does not change;
 // and so many to either side of a snap's middle may be part of it.
 constexpr Index kAround = 3;
@@ -54,9 +55,9 @@ double fade(Index frame, Index count) {
     return t < 0.5 ? 2.0 * t * t : 1.0 - 2.0 * (1.0 - t) * (1.0 - t);
 }
 
-RunPaths::RunPaths(std::vector<float*> points, std::size_t count, std::vector<char> is_solved)
+RunPaths::RunPaths(std::vector<float*> points, std::vector<Index> vertices, std::vector<char> is_solved)
     : points_(std::move(points)),
-      numbers_(3 * count),
+      vertices_(std::move(vertices)),
       is_solved_(std::move(is_solved)),
       frame_count_(static_cast<Index>(points_.size())) {}
 
@@ -73,14 +74,14 @@ Index RunPaths::radius_around(Index step) const {
     return radius;
 }
 
-std::vector<double> RunPaths::limits(const Trajectories& trajectories, Index first, double size) const {
-    const Index anchors = trajectories.anchor_count;
+std::vector<double> RunPaths::limits(const Trajectories& trajectories, const std::vector<AnchorOfRegion>& anchors,
+                                     Index first, double size) const {
     std::vector<double> asked(frame_count_, 0.0);
     for (Index step = 1; step < frame_count_; ++step) {
         const Index radius = radius_around(step);
-        for (Index anchor = 0; radius > 0 && anchor < anchors; ++anchor) {
+        for (std::size_t k = 0; radius > 0 && k < anchors.size(); ++k) {
             const auto row_of = [&](Index frame) {
-                return static_cast<std::size_t>(first + frame) * anchors + anchor;
+                return static_cast<std::size_t>(first + frame) * trajectories.anchor_count + anchors[k].number;
             };
             const auto weight = [&](Index frame) {
                 return trajectories.weights.empty() ? 1.0 : trajectories.weights[row_of(frame)];
@@ -115,16 +116,16 @@ std::vector<Snap> RunPaths::find_snaps(const std::vector<double>& limits, const 
         const auto change = [&](Index at, std::size_t k) { return points_[at][k] - points_[at - 1][k]; };
         float most = 0.0F;
         std::size_t farthest = 0;
-        for (std::size_t k = 0; k < numbers_; k += 3) {
+        for (const Index vertex : vertices_) {
             float square = 0.0F;
-            for (std::size_t axis = k; axis < k + 3; ++axis) {
+            for (std::size_t axis = std::size_t{3} * vertex; axis < std::size_t{3} * vertex + 3; ++axis) {
                 const float excess =
                     change(step, axis) - 0.5F * (change(step - kBeside, axis) + change(step + kBeside, axis));
                 square += excess * excess;
             }
             if (square <= most) continue;
             most = square;
-            farthest = k;
+            farthest = std::size_t{3} * vertex;
         }
         beside[step] = std::sqrt(double{most});
         const std::array<double, 3> own = {change(step, farthest), change(step, farthest + 1),
@@ -169,14 +170,18 @@ std::vector<char> RunPaths::spread(const std::vector<Snap>& snaps, const std::ve
             std::fill(is_moved.begin() + part.begin, is_moved.begin() + part.end, char{1});
         }
     }
+    if (snaps.empty()) return is_moved;
     std::vector<double> paths(frame_count_ * kBlock);
     std::vector<double> moves(frame_count_ * kBlock);
     std::array<double, kBlock> excess;
-    for (std::size_t first = 0; first < numbers_ && !snaps.empty(); first += kBlock) {
+    for (std::size_t first = 0; first < vertices_.size(); first += kPointsOfBlock) {
         execution.check();
-        const std::size_t numbers = std::min(kBlock, numbers_ - first);
-        for (Index frame = 0; frame < frame_count_; ++frame)
-            std::copy_n(points_[frame] + first, numbers, &paths[frame * kBlock]);
+        const std::size_t numbers = 3 * std::min(kPointsOfBlock, vertices_.size() - first);
+        const auto place_of = [&](std::size_t k) { return std::size_t{3} * vertices_[first + k / 3] + k % 3; };
+        for (Index frame = 0; frame < frame_count_; ++frame) {
+            for (std::size_t k = 0; k < numbers; ++k)
+                paths[frame * kBlock + k] = points_[frame][place_of(k)];
+        }
         std::fill(moves.begin(), moves.end(), 0.0);
         for (Index step = 1; step < frame_count_; ++step) {
             const Part& part = parts[step];
@@ -197,7 +202,8 @@ std::vector<char> RunPaths::spread(const std::vector<Snap>& snaps, const std::ve
         for (Index frame = 0; frame < frame_count_; ++frame) {
             if (!is_moved[frame]) continue;
             for (std::size_t k = 0; k < numbers; ++k)
-                points_[frame][first + k] = static_cast<float>(paths[frame * kBlock + k] + moves[frame * kBlock + k]);
+                points_[frame][place_of(k)] =
+                    static_cast<float>(paths[frame * kBlock + k] + moves[frame * kBlock + k]);
         }
     }
     return is_moved;

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/sequence/sequence.h"
 
 namespace meanvalue {
@@ -25,15 +26,17 @@ constexpr double kTold = 2e-2;  ///< of the diagonal: snaps that go so far or fa
 /// 0 to 1 with no slope at either end, and the least second difference. @param frame of `count`, counted from 0.
 double fade(Index frame, Index count);
 
-/// The paths of vertices in the frames of one run.
+/// The paths of some vertices in the frames of one run.
 class RunPaths {
   public:
-    /// @param points of each frame, count x 3. @param is_solved flag of each frame: nothing is known near others.
-    RunPaths(std::vector<float*> points, std::size_t count, std::vector<char> is_solved);
+    /// @param points of each frame, n x 3. @param vertices of these, the only ones that are read or moved.
+    /// @param is_solved flag of each frame: nothing is known near others.
+    RunPaths(std::vector<float*> points, std::vector<Index> vertices, std::vector<char> is_solved);
 
-    /// What steps may exceed those around them by, for each frame: as far as any target does nearby, and a little.
-    /// @param first the clip's frame that the run's first is. @param size the diagonal.
-    std::vector<double> limits(const Trajectories& trajectories, Index first, double size) const;
+    /// What steps may exceed those around them by, for each frame: as far as any target of `anchors` does nearby, and
+    /// a little. @param first the clip's frame that the run's first is. @param size the diagonal.
+    std::vector<double> limits(const Trajectories& trajectories, const std::vector<AnchorOfRegion>& anchors,
+                               Index first, double size) const;
 
     /// @param limits one for each frame. @throws Cancelled.
     std::vector<Snap> find_snaps(const std::vector<double>& limits, const Execution& execution) const;
@@ -50,7 +53,7 @@ class RunPaths {
     bool are_solved(Index begin, Index end) const;
 
     std::vector<float*> points_;
-    std::size_t numbers_;  // of a frame
+    std::vector<Index> vertices_;
     std::vector<char> is_solved_;
     Index frame_count_;
 };

@@ -17,12 +17,14 @@ class BoundMesh;
 class Workspace;
 
 struct SolveOptions {
-    /// Share of the rest shape's bounding-box diagonal that a vertex may still move in a step; none: the method's
+    /// Share of a part's bounding-box diagonal at rest that a vertex may still move in a step; none: the method's
     /// default. With Method::kFast from rest a solve also ends when the energy falls by less than 50 times this share
     /// in four steps; kFull, and the coarse level of kPaper, when by less than 100 times in three steps in a row.
     std::optional<double> tolerance;
-    int max_iterations = 1000;   ///< of each stage; stages before the last have limits of their own as well
-    double enough_energy = 0.0;  ///< with a start: also ends where the energy is not above this
+    int max_iterations = 1000;  ///< of each stage; stages before the last have limits of their own as well
+    /// With a start, one for each of Solution::part_energies: that part also ends where it is not above this; or
+    /// empty.
+    std::vector<double> enough_energies = {};
     /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: the result is the one from rest
     /// unless a rough solve from there is lower, and goes on then. For the end of a drag.
     bool settle = false;
@@ -45,6 +47,8 @@ struct Solution {
     double initial_gradient = 0.0;  ///< norm of the energy's derivative at the start, where computed
     double gradient = 0.0;          ///< and at the end, or where it was last linearized
     std::vector<double> energies;   ///< at the start and after each iteration
+    /// Shares of the energy: parts of what may move that do not hang together are solved each by itself.
+    std::vector<double> part_energies;
     /// n x (e + 1) for e examples: the weights of the rest shape and of each example at each vertex.
     std::vector<double> example_weights;
     int iterations = 0;      ///< of the whole mesh, in the last stage: those of `energies`

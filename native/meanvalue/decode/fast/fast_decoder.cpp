@@ -37,7 +37,7 @@ double strength_beside(const std::vector<double>& stiffness) {
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, std::vector<double> stiffness, int threads, Execution& execution)
-    : Decoder(shape, threads), problem_{region_, components_, rigidity, shape_->size, std::move(soft)} {
+    : Decoder(shape, threads), problem_{region_, region_.is_fixed, rigidity, shape_->size, std::move(soft)} {
     const double stronger = problem_.soft.empty() ? 1.0 : strength_beside(stiffness);
     for (SoftAnchor& anchor : problem_.soft)
         anchor.strength *= stronger;
@@ -45,54 +45,57 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     std::sort(problem_.soft.begin(), problem_.soft.end(),
               [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
     std::vector<char> is_soft(problem_.soft.empty() ? 0 : region_.is_fixed.size(), 0);
-    std::vector<char> is_anchor = region_.is_fixed;
     if (!problem_.soft.empty()) problem_.carrying.assign(region_.is_fixed.size(), 1.0);
     for (const SoftAnchor& anchor : problem_.soft) {
-        is_soft[anchor.vertex] = is_anchor[anchor.vertex] = 1;
+        is_soft[anchor.vertex] = problem_.is_anchor[anchor.vertex] = 1;
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
-    problem_.handles = std::make_shared<HandlePaths>(encoding_, region_.positions, is_anchor, handles, problem_.size);
-    std::vector<double> from_stiff = {rigidity};
-    if (kStiff > rigidity) from_stiff.insert(from_stiff.begin(), kStiff);
-    Unknowns unknowns = find_unknowns(encoding_, region_.is_fixed);
-    RestCells cells = rest_cells(encoding_, region_.positions, threads_, execution);
-    const double unit = problem_.soft.empty() ? 0.0 : energy_unit(encoding_, unknowns, cells);
-    const auto free_count = static_cast<double>(unknowns.free.size());
-    const bool has_coarse_levels = free_count > 2.0 * kCoarse;
-    std::shared_ptr<const FastLevel> coarsest;
-    if (has_coarse_levels) {
-        coarsen(handles, std::move(is_soft), free_count, execution);
-        const StageTimer timer(bind_timings_, "coarse level");
-        coarsest = make_coarse_level(problem_.hierarchy->base(), unit, from_stiff, execution);
-    }
-    if (coarsest && shape.when_coarse) {
-        EncodedRegion of_early{region_, components_, shape_, shared_encoding_, instructions_, {}, {}, {}};
-        shape.when_coarse(
-            std::unique_ptr<Decoder>(new FastDecoder(std::move(of_early), problem_, coarsest, threads_)));
-    }
+    problem_.handles =
+        std::make_shared<HandlePaths>(encoding_, region_.positions, problem_.is_anchor, handles, problem_.size);
+    unknowns_ = find_unknowns(encoding_, region_.is_fixed);
+    cells_ = rest_cells(encoding_, region_.positions, threads_, execution);
+    if (!problem_.soft.empty()) unit_ = energy_unit(encoding_, unknowns_, cells_);
+    const auto free_count = static_cast<double>(unknowns_.free.size());
+    if (free_count <= 2.0 * kCoarse) return;
+    coarsen(handles, std::move(is_soft), free_count, execution);
+    const StageTimer timer(bind_timings_, "coarse level");
+    problem_.levels = {make_coarse_level(problem_.hierarchy->base(), from_stiff(), execution)};
+}
+
+FastDecoder::FastDecoder(EncodedRegion shape, const FastProblem& whole, int threads)
+    : Decoder(shape, threads), problem_{region_,       whole.is_anchor, whole.rigidity,  whole.size,
+                                        whole.soft,    whole.carrying,  whole.stiffness, whole.hierarchy,
+                                        whole.handles, nullptr,         whole.levels} {}
+
+std::unique_ptr<const Decoder> FastDecoder::early() const {
+    if (problem_.levels.empty()) return nullptr;
+    EncodedRegion shape{region_, shape_, shared_encoding_, instructions_, {}, {}};
+    return std::unique_ptr<const Decoder>(new FastDecoder(std::move(shape), problem_, threads_));
+}
+
+void FastDecoder::finish(Execution& execution) {
     find_order(threads_, execution);
+    const std::vector<double> rigidities =
+        problem_.levels.empty() ? from_stiff() : std::vector<double>{problem_.rigidity};
     {
         const StageTimer timer(bind_timings_, "factor");
         execution.begin_stage("factor");
-        problem_.levels.push_back(make_level(encoding_, std::move(cells), std::move(unknowns), problem_.soft,
-                                             has_coarse_levels ? std::vector<double>{rigidity} : from_stiff, threads_,
-                                             execution));
+        problem_.levels.insert(problem_.levels.begin(), make_level(encoding_, std::move(cells_), std::move(unknowns_),
+                                                                   problem_.soft, rigidities, threads_, execution));
     }
     find_driving_handles();
     // Behind the whole mesh's, whose numbers take the most memory.
-    for (const Level& level : problem_.hierarchy->levels) {
+    for (std::size_t middle = 0; middle + 1 < problem_.hierarchy->levels.size(); ++middle) {
         const StageTimer timer(bind_timings_, "coarse level");
-        const bool is_coarsest = &level == &problem_.hierarchy->base();
-        problem_.levels.push_back(is_coarsest ? coarsest : make_coarse_level(level, unit, {rigidity}, execution));
+        problem_.levels.insert(problem_.levels.end() - 1,
+                               make_coarse_level(problem_.hierarchy->levels[middle], rigidities, execution));
     }
 }
 
-FastDecoder::FastDecoder(EncodedRegion shape, const FastProblem& whole, std::shared_ptr<const FastLevel> coarsest,
-                         int threads)
-    : Decoder(shape, threads), problem_{region_,    components_,          whole.rigidity,
-                                        whole.size, whole.soft,           whole.carrying,
-                                        {},         whole.hierarchy,      whole.handles,
-                                        nullptr,    {std::move(coarsest)}} {}
+std::vector<double> FastDecoder::from_stiff() const {
+    if (kStiff > problem_.rigidity) return {kStiff, problem_.rigidity};
+    return {problem_.rigidity};
+}
 
 /// Of the whole mesh.
 void FastDecoder::find_driving_handles() {
@@ -120,9 +123,9 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
         build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_, execution));
 }
 
-std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, double whole_unit,
-                                                          const std::vector<double>& rigidities,
-                                                          Execution& execution) const {
+std::shared_ptr<const FastLevel> FastDecoder::make_coarse_level(const Level& level,
+                                                                const std::vector<double>& rigidities,
+                                                                Execution& execution) const {
     RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
     std::vector<char> is_fixed = region_.is_fixed;
     for (std::size_t k = 0; k < level.removed_count; ++k)
@@ -130,19 +133,19 @@ std::unique_ptr<FastLevel> FastDecoder::make_coarse_level(const Level& level, do
     Unknowns remaining = find_unknowns(level.encoding, is_fixed);
     std::vector<SoftAnchor> soft;
     if (!problem_.soft.empty()) {
-        const double scale = energy_unit(level.encoding, remaining, cells) / whole_unit;
+        const double scale = energy_unit(level.encoding, remaining, cells) / unit_;
         soft = coarse_soft_anchors(problem_.soft, *problem_.hierarchy, level, region_.is_fixed.size(), scale);
     }
     return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, threads_,
                       execution);
 }
 
-std::unique_ptr<FastLevel> FastDecoder::make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
-                                                   std::vector<SoftAnchor> soft,
-                                                   const std::vector<double>& rigidities, int threads,
-                                                   Execution& execution) const {
+std::shared_ptr<const FastLevel> FastDecoder::make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
+                                                         std::vector<SoftAnchor> soft,
+                                                         const std::vector<double>& rigidities, int threads,
+                                                         Execution& execution) const {
     const bool is_whole = &encoding == &encoding_;
-    auto level = std::make_unique<FastLevel>();
+    auto level = std::make_shared<FastLevel>();
     level->encoding = &encoding;
     if (shape_->examples) {
         level->examples =
@@ -214,9 +217,21 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& worksp
     return report;
 }
 
+void FastDecoder::remember(const Positions& answer, Workspace& workspace) const {
+    auto& work = static_cast<FastWorkspace&>(workspace);
+    // Nothing is free; an early one: a drag's memory is of the whole mesh; or it began from rest, and knows nothing.
+    if (!problem_.driving || work.predictor.shape().rows() == 0) return;
+    const DeformationEnergy::Workspace& energy = work.levels.front().energy;
+    const std::lock_guard<std::mutex> lock(work.drafting);
+    work.predictor.note(answer, drivers_of(*problem_.levels.front(), answer, energy.soft_targets));
+    work.is_drafting = energy.soft_weights.empty();
+    work.keeps_history = true;
+}
+
 bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         const Execution& execution) const {
     auto& work = static_cast<FastWorkspace&>(workspace);
+    if (problem_.levels.front()->unknowns.free.empty()) return true;
     const std::lock_guard<std::mutex> lock(work.drafting);
     if (!work.is_drafting || !work.predictor.is_good()) return false;
     const FastLevel& level = *problem_.levels.front();
@@ -226,7 +241,7 @@ bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Posi
     positions = work.predictor.shape();
     Positions left = goal - work.predictor.predict(goal, positions, threads, execution);
     work.responses.answer(left, level.unknowns, positions, threads, execution);
-    return left.size() > 0 && left.cwiseAbs().maxCoeff() <= kMostLeft * problem_.size;
+    return left.size() == 0 || left.cwiseAbs().maxCoeff() <= kMostLeft * problem_.size;
 }
 
 std::vector<Index> FastDecoder::level_sizes() const {

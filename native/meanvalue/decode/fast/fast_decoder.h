@@ -9,8 +9,8 @@
 
 namespace meanvalue {
 
-/// Minimizes DeformationEnergy: makes what FastSolve solves with. Small meshes have one level. Deterministic for any
-/// number of threads.
+/// Minimizes DeformationEnergy: makes what FastSolve solves with, coarse levels first. Small meshes have one level.
+/// Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
     /// @param shape encoded with the soft anchors as such. @param soft soft anchors, in the region's vertex numbers;
@@ -20,9 +20,12 @@ class FastDecoder : public Decoder {
     FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles, double rigidity,
                 std::vector<double> stiffness, int threads, Execution& execution);
 
+    std::unique_ptr<const Decoder> early() const override;
+    void finish(Execution& execution) override;
     std::unique_ptr<Workspace> make_workspace(const Execution& execution) const override;
     DecodeReport decode(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                         Execution& execution) const override;
+    void remember(const Positions& answer, Workspace& workspace) const override;
     bool draft(const DecodeOptions& options, Workspace& workspace, Positions& positions,
                const Execution& execution) const override;
     Index row_count() const override { return static_cast<Index>(problem_.levels.front()->unknowns.rows.size()); }
@@ -32,21 +35,26 @@ class FastDecoder : public Decoder {
 
   private:
     /// An early one: it has the coarsest level of `whole` alone.
-    FastDecoder(EncodedRegion shape, const FastProblem& whole, std::shared_ptr<const FastLevel> coarsest,
-                int threads);
+    FastDecoder(EncodedRegion shape, const FastProblem& whole, int threads);
 
     void find_driving_handles();
     /// Finds the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,
                  Execution& execution);
-    /// @param whole_unit energy_unit() of the whole mesh. @pre coarsen().
-    std::unique_ptr<FastLevel> make_coarse_level(const Level& level, double whole_unit,
-                                                 const std::vector<double>& rigidities, Execution& execution) const;
-    std::unique_ptr<FastLevel> make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
-                                          std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
-                                          int threads, Execution& execution) const;
+    /// @pre coarsen().
+    std::shared_ptr<const FastLevel> make_coarse_level(const Level& level, const std::vector<double>& rigidities,
+                                                       Execution& execution) const;
+    std::shared_ptr<const FastLevel> make_level(const Encoding& encoding, RestCells cells, Unknowns unknowns,
+                                                std::vector<SoftAnchor> soft, const std::vector<double>& rigidities,
+                                                int threads, Execution& execution) const;
+    /// Of the level that cold solves begin on.
+    std::vector<double> from_stiff() const;
 
     FastProblem problem_;
+    // Of the whole mesh, until finish().
+    Unknowns unknowns_;
+    RestCells cells_;
+    double unit_ = 0.0;  // energy_unit(), with soft anchors
 };
 
 }  // namespace meanvalue

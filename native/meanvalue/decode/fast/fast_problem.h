@@ -11,7 +11,6 @@
 #include "meanvalue/examples/example_space.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/mesh/components.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/optimise/unknowns.h"
 
@@ -38,7 +37,7 @@ Positions drivers_of(const FastLevel& level, const Positions& positions, const P
 
 struct FastProblem {
     const Region& region;
-    const Components& components;
+    std::vector<char> is_anchor;  ///< n flags: fixed vertices and soft anchors
     double rigidity = 0.0;
     double size = 0.0;
     std::vector<SoftAnchor> soft;   ///< by ascending vertex

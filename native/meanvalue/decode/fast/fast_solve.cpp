@@ -66,7 +66,7 @@ DecodeReport FastSolve::run(Positions& positions) {
     if (problem_.levels.front()->unknowns.free.empty()) return report;
     execution_.begin_stage("solve");
     const std::vector<double> former_weights = work_.levels.front().energy.soft_weights;
-    if (options_.is_kept && options_.previous != nullptr) put_free_parts_at_rest();
+    if (options_.is_kept && options_.previous != nullptr) begin_at_rest_if_free();
     set_soft_targets();
     Positions from_rest;  // none: not begun
     const bool is_cold =
@@ -115,12 +115,6 @@ DecodeReport FastSolve::run(Positions& positions) {
         blend_examples(whole());
     }
     if (goes_to_the_end || (has_examples() && !goes_on_)) minimised = minimise_whole();
-    if (!is_cold && options_.in_drag && !options_.is_last) {
-        const std::lock_guard<std::mutex> lock(work_.drafting);
-        work_.predictor.note(positions, drivers_of(whole().bound, positions, soft_targets()));
-        work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
-        work_.keeps_history = true;
-    }
     report.iterations = minimised.iterations();
     report.all_iterations = all_iterations_;
     report.energies = std::move(minimised.energies);
@@ -183,8 +177,11 @@ void FastSolve::set_soft_targets() {
         if (constraints.empty()) continue;
         DeformationEnergy::Workspace& work = work_.levels[number].energy;
         work.soft_targets = constraints.targets_of(*options_.targets);
-        work.soft_weights =
-            options_.weights != nullptr ? constraints.weights_of(*options_.weights) : std::vector<double>();
+        work.soft_weights.clear();
+        if (options_.weights != nullptr) work.soft_weights = constraints.weights_of(*options_.weights);
+        // As if none were given: others may have been given for the sake of another part.
+        const auto count = static_cast<std::ptrdiff_t>(work.soft_weights.size());
+        if (std::count(work.soft_weights.begin(), work.soft_weights.end(), 1.0) == count) work.soft_weights.clear();
     }
     if (options_.weights != nullptr)
         pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : problem_.region.positions);

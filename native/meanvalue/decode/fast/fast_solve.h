@@ -64,7 +64,7 @@ class FastSolve {
 
     // From an earlier answer.
     bool leads_where_rest_does(const Positions& goal, Positions& from_rest);
-    void put_free_parts_at_rest();
+    void begin_at_rest_if_free();
     void start_warm(const Positions& previous, Positions& positions);
     void begin_drag(const Positions& previous);
     void suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal);
@@ -77,7 +77,6 @@ class FastSolve {
     const FastProblem& problem_;
     FastWorkspace& work_;
     DecodeOptions options_;
-    Positions previous_;  // none: as the options have it
     Execution& execution_;
     int threads_;
     Timings timings_;

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/decode/carry_parts.h"
 #include "meanvalue/decode/fast/fast_solve.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {
 namespace {
@@ -65,7 +65,7 @@ void FastSolve::start_from_rest(Positions& positions) {
     pull_free_anchors_to(problem_.region.positions);
     if (options_.previous != nullptr) whole().bound.energy->soft_constraints().put(soft_targets(), positions);
     const Positions carried =
-        carry_parts(problem_.components, problem_.region.positions, positions, carrying_weights());
+        carry_along(problem_.region.positions, positions, problem_.is_anchor, carrying_weights());
     execution_.check();
     std::vector<char> is_freed(options_.weights != nullptr ? problem_.region.is_fixed.size() : 0, 0);
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {

@@ -1,5 +1,4 @@
 // FastSolve from an earlier answer, as while dragging.
-#include <algorithm>
 #include <utility>
 
 #include "meanvalue/common/tolerances.h"
@@ -50,19 +49,13 @@ void FastSolve::respond(Level level, std::size_t stage, const Positions& moves, 
         positions.row(free[k]) += answer.row(k);
 }
 
-/// Parts none of whose anchors counts begin at rest: no energy would lead them there.
-void FastSolve::put_free_parts_at_rest() {
+/// Where none of its anchors counts, it begins at rest: no energy would lead there.
+void FastSolve::begin_at_rest_if_free() {
     if (options_.weights == nullptr || problem_.soft.empty()) return;
     const std::vector<double> carrying = carrying_weights();
-    const auto is_held_at = [&](Index v) { return carrying[v] > kNegligible; };
-    std::vector<char> is_free;
-    for (const std::vector<Index>& held : problem_.components.fixed)
-        is_free.push_back(static_cast<char>(!held.empty() && std::none_of(held.begin(), held.end(), is_held_at)));
-    previous_ = *options_.previous;
-    for (Index v = 0; v < previous_.rows(); ++v) {
-        if (is_free[problem_.components.part_of[v]]) previous_.row(v) = problem_.region.positions.row(v);
-    }
-    options_.previous = &previous_;
+    for (std::size_t v = 0; v < carrying.size(); ++v)
+        if (problem_.is_anchor[v] && carrying[v] > kNegligible) return;
+    options_.previous = &problem_.region.positions;
 }
 
 /// Whether the answer before leads, on the coarsest level, to an energy as low as a solve from rest does. Where that
