@@ -66,9 +66,9 @@ def _load():
             if not _is_absent(name, error):  # it is there, but the system cannot load it
                 failures.append(str(error))
             continue
-        if hasattr(found, "Deformer"):
+        if hasattr(found, "Deformer") and hasattr(found, "find_snaps"):
             return found
-        failures.append(f"a module '{name}' was found that is not the solver: {found}")
+        failures.append(f"a module '{name}' was found that is not this version's solver: {found}")
     raise NativeModuleError(_explanation(failures))
 
 

@@ -29,6 +29,9 @@ def test_examples_of_both_languages_say_the_same(tmp_path):
     prefix, build = tmp_path / "prefix", tmp_path / "examples"
     run("cmake", "--install", BUILT, "--prefix", prefix)
     assert not list(prefix.rglob("*pybind11*")) and not list(prefix.rglob("meanvalue.*.so"))
+    # The linker would keep the program's own, with its allocator.
+    shared = run("nm", "--demangle", "--defined-only", next(prefix.rglob("libmeanvalue*"))).splitlines()
+    assert not [line for line in shared if " W " in line and "Eigen::PlainObjectBase" in line]
     public = {path.relative_to(ROOT / "native" / "include") for path in (ROOT / "native" / "include").rglob("*.h")}
     assert {path.relative_to(prefix / "include") for path in prefix.rglob("*.h")} == public
     expected = [run(sys.executable, EXAMPLES / f"{name}.py") for name in PROGRAMS]

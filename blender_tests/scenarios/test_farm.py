@@ -179,3 +179,15 @@ def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, native):
     (chunk,) = out.rglob("*_+000001_+000004.npz")
     baked = np.load(chunk)["rows"]
     np.testing.assert_array_equal(baked, deformer.solve_sequence(plan.clip.targets).vertices)
+
+
+def test_a_mesh_that_bends_as_kept_poses_do_is_baked_from_its_plan(tmp_path):
+    two_clips(tmp_path)
+    obj = bpy.data.objects["First"]
+    for frame in (10, 20):
+        bpy.context.scene.frame_set(frame)
+        bpy.context.view_layer.objects.active = obj
+        assert bpy.ops.meanvalue.solve() == {'FINISHED'} and bpy.ops.meanvalue.keep_pose() == {'FINISHED'}
+    obj.meanvalue.bend_at = 'POSES'
+    out = planned(tmp_path, "--clip", "First", "--frames", "1-4")
+    assert run("bake", "--plan", out / "plan", "--index", 0) == 0

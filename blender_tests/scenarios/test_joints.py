@@ -11,7 +11,10 @@ RINGS = np.arange(rigs.RINGS * rigs.SEGMENTS).reshape(rigs.RINGS, -1)
 
 
 def told(obj):
-    return part("posing.bridge.scene_input").gather(obj).bends
+    """What the panel shows."""
+    reading = part("posing.bridge.scene_input")
+    found = reading.gather(obj)
+    return (reading.known(obj) or found).bends
 
 
 def pushed(obj, control):
@@ -33,7 +36,7 @@ def test_the_first_handle_of_a_mesh_on_a_rig_has_it_bend_at_the_joints():
     assert np.abs(handles.shown(obj) - shown).max() > 1e-2
     obj.meanvalue.bend_at = 'RIG'
     handles.update()
-    assert np.abs(handles.shown(obj) - shown).max() < 1e-3
+    assert np.abs(handles.shown(obj) - shown).max() < 2e-4 * rigs.size(obj)
     obj.meanvalue.bend_at = 'EVERYWHERE'
     handles.move(control, (-4.0, 0.0, 3.0))
     assert at_joint < 0.6 * pushed(obj, control)
@@ -85,6 +88,7 @@ def test_without_weights_it_says_so_and_bends_everywhere():
 
 def test_kept_poses_tell_from_two_on():
     obj, control = handles.tube()
+    assert told(obj) == ""
     obj.meanvalue.bend_at = 'POSES'
     texts = [told(obj)]
     for _ in range(2):

@@ -174,6 +174,7 @@ def save_clip(path, plan, triangles):
     """triangles m x 3 int32. Returns the file's SHA-256. @throws CacheError."""
     mesh = plan.clip.bind_input
     values = {f"mesh_{field.name}": getattr(mesh, field.name) for field in dataclasses.fields(mesh)}
+    del values["mesh_kept_poses"]  # their stiffness is there
     values.update(times=plan.times, spacing=plan.spacing, triangles=triangles)
     if mesh.examples is not None:  # what they do, and not how
         values["mesh_examples"] = np.array(list(mesh.examples.shapes()))

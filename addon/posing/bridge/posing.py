@@ -22,7 +22,7 @@ class Posing:
 
     def __init__(self, obj, goal=None, is_checked=True, settles=False):
         """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: it has to fit
-        the binding on record. settles: from the result that is there; the better answer of that and of rest.
+        the binding on record. settles: the answer from rest, unless a rough one from the result that is there is lower.
 
         @throws SceneError; StaleBindingError if the artist has to look first.
         """

@@ -63,8 +63,8 @@ class BindInput:
 
     @property
     def revision(self):
-        """Another one where it is bound otherwise, or of other shapes."""
-        return self.fingerprint, self.kept_poses and self.kept_poses.revision
+        """Another one where it is bound otherwise, of other shapes, or said to bend elsewhere."""
+        return self.fingerprint, self.kept_poses and self.kept_poses.revision, self.bends
 
     @cached_property
     def solver_mesh(self):

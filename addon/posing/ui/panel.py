@@ -161,6 +161,9 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity = layout.column()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
+        rigidity.prop(settings, "bend_at")
+        if settings.bend_at == ids.BEND_PAINTED:
+            rigidity.prop_search(settings, "stiffness_group", subject.of(context), "vertex_groups")
         like = layout.row()
         like.active = not any(each.names(subject.of(context)) for each in ALL.shown_keys)
         like.prop(settings, "pose_like")
@@ -195,9 +198,6 @@ def _draw_grab(layout, context, obj):
     if tool is not None:
         column.prop(tool, "size")
     column.prop(obj.meanvalue, "symmetric")
-    column.prop(obj.meanvalue, "bend_at")
-    if obj.meanvalue.bend_at == ids.BEND_PAINTED:
-        column.prop_search(obj.meanvalue, "stiffness_group", obj, "vertex_groups")
     known = scene_input.known(obj)
     if known is not None and known.bends:
         draw_wrapped(column, context, known.bends)

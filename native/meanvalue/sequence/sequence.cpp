@@ -177,6 +177,7 @@ class SequenceSolve {
             if (is_kept || !frames.is_solved[k]) stays[k] = 1;
             if (k > 0 && !frames.is_solved[k]) stays[k - 1] = 1;
         }
+        const double least_told = kTold * bounding_box_diagonal(deformer_.bound().rest());
         for (std::size_t number = 0; number < parts_.size(); ++number) {
             const double size = bounding_box_diagonal(parts_[number].shape->region.positions);
             if (size == 0.0) continue;  // a point is where it is pulled
@@ -189,7 +190,7 @@ class SequenceSolve {
             const std::lock_guard<std::mutex> lock(mutex_);
             for (const Snap& snap : snaps) {
                 const Index frame = run.begin + snap.frame;
-                if (snap.length >= kTold * size && frame >= run.own_begin && plan_.is_wanted(frame))
+                if (snap.length >= least_told && frame >= run.own_begin && plan_.is_wanted(frame))
                     result_.snaps.push_back(frame);
             }
         }

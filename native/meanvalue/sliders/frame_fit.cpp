@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "meanvalue/linalg/procrustes.h"
+#include "meanvalue/sliders/box_minimum.h"
 
 namespace meanvalue {
 namespace {
@@ -19,12 +20,6 @@ constexpr double kLeastDeviation = 1e-3;
 // The prior of values that have to be steady, as a share of what the shape that the anchors see best weighs.
 constexpr double kSteadyPrior = 0.01;
 constexpr int kSteadyRounds = 20;
-
-// Of minimise_in_box(). The set of values at a bound is found in a few steps; more are never needed but for rounding.
-constexpr int kMostBoxSteps = 60;
-constexpr int kMostHalvings = 30;
-// Steps below it, in units of the values, end the search.
-constexpr double kLeastStep = 1e-10;
 
 // Noise below this share of the shapes' size cannot be distinguished from rounding in single precision.
 constexpr double kLeastNoise = 1e-5;
@@ -91,45 +86,6 @@ NormalEquations assemble(const SliderModel& model, const FrameTargets& frame, co
     return result;
 }
 
-/// The values within their bounds with the least 1/2 x^T H x - g^T x, by projected Newton steps (Bertsekas 1982):
-/// those at a bound that the slope presses against stay there, the others take a Newton step, clipped to the box.
-Eigen::VectorXd minimise_in_box(const SliderModel& model, const NormalEquations& system,
-                                const Eigen::VectorXd& start) {
-    const auto clip = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-        return x.cwiseMax(model.lower).cwiseMin(model.upper);
-    };
-    const auto value_at = [&](const Eigen::VectorXd& x) {
-        return 0.5 * x.dot(system.hessian * x) - system.gradient.dot(x);
-    };
-    Eigen::VectorXd x = clip(start);
-    double value = value_at(x);
-    for (int round = 0; round < kMostBoxSteps; ++round) {
-        const Eigen::VectorXd slope = system.hessian * x - system.gradient;
-        std::vector<Eigen::Index> free;
-        for (Eigen::Index i = 0; i < x.size(); ++i) {
-            const bool is_held = slope(i) > 0.0 ? x(i) <= model.lower(i) : slope(i) < 0.0 && x(i) >= model.upper(i);
-            if (!is_held) free.push_back(i);
-        }
-        if (free.empty()) break;
-        Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
-        const Eigen::MatrixXd hessian = system.hessian(free, free);
-        const Eigen::VectorXd of_free = hessian.llt().solve(-slope(free));
-        step(free) = of_free;
-        Eigen::VectorXd next = clip(x + step);
-        for (int halving = 0; halving < kMostHalvings && value_at(next) > value; ++halving) {
-            step *= 0.5;
-            next = clip(x + step);
-        }
-        const double next_value = value_at(next);
-        if (!(next_value <= value)) break;
-        const double change = (next - x).cwiseAbs().maxCoeff();
-        x = next;
-        value = next_value;
-        if (change < kLeastStep) break;
-    }
-    return x;
-}
-
 /// The rigid motion that best carries the mixed anchors to their targets.
 void fit_motion(const SliderModel& model, const FrameTargets& frame, FrameEstimate& estimate) {
     if (!model.can_move) return;
@@ -146,20 +102,6 @@ void fit_motion(const SliderModel& model, const FrameTargets& frame, FrameEstima
     const Correlation sums = correlate(from, frame.targets, rows.data(), rows.size(), weights);
     estimate.rotation = fit_rotation(sums.covariance);
     estimate.translation = sums.to_centre - estimate.rotation * sums.from_centre;
-}
-
-/// Values and motion that fit best under a prior. @param system receives it. @param precision s, in units of the
-/// system.
-/// @param pull s: the precision times the values that are preferred. @return the largest change of a value, as a
-/// share of its range.
-double fit_values(const SliderModel& model, const FrameTargets& frame, const Eigen::VectorXd& precision,
-                  const Eigen::VectorXd& pull, NormalEquations& system, FrameEstimate& estimate) {
-    system.hessian.diagonal() += precision;
-    system.gradient += pull;
-    const Eigen::VectorXd before = estimate.values;
-    estimate.values = minimise_in_box(model, system, before);
-    fit_motion(model, frame, estimate);
-    return ((estimate.values - before).array() / ranges(model).array()).abs().maxCoeff();
 }
 
 /// Squared distances of the known anchors from their targets.
@@ -253,23 +195,29 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
     return estimate;
 }
 
-void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* neighbours, int rounds,
+void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* pull, int rounds,
                      const Execution& execution, FrameEstimate& estimate) {
+    const Eigen::VectorXd rest = model.rest_values();
+    const Eigen::VectorXd range = ranges(model);
     for (int round = 0; round < rounds; ++round) {
         execution.check();
         NormalEquations system = assemble(model, frame, estimate);
-        Eigen::VectorXd precision = estimate.noise * estimate.prior.cwiseInverse();
-        Eigen::VectorXd pull = precision.cwiseProduct(model.rest_values());
-        if (neighbours != nullptr) {
-            precision += estimate.noise * neighbours->strength;
-            pull += estimate.noise * neighbours->strength.cwiseProduct(neighbours->mean);
+        const Eigen::VectorXd precision = estimate.noise * estimate.prior.cwiseInverse();
+        system.hessian.diagonal() += precision;
+        system.gradient += precision.cwiseProduct(rest);
+        if (pull != nullptr) {
+            system.hessian.diagonal() += estimate.noise * pull->strength;
+            system.gradient += estimate.noise * pull->strength.cwiseProduct(pull->mean);
         }
-        const double change = fit_values(model, frame, precision, pull, system, estimate);
+        const Eigen::VectorXd before = estimate.values;
+        estimate.values = minimise_in_box({system.hessian, system.gradient, model.lower, model.upper}, before);
+        fit_motion(model, frame, estimate);
         const std::vector<double> squares = squared_distances(model, frame, estimate);
         judge_outliers(squares, least_noise(model), estimate);
         const Eigen::Index size = model.shape_count();
         const Eigen::MatrixXd inverse = system.hessian.llt().solve(Eigen::MatrixXd::Identity(size, size));
         estimate_variances(model, frame, squares, inverse.diagonal(), estimate);
+        const double change = ((estimate.values - before).array() / range.array()).abs().maxCoeff();
         if (change < kSettled && estimate.scale <= estimate.noise * 4.0 && round > 2) break;
     }
 }
@@ -283,8 +231,13 @@ void follow_targets(const SliderModel& model, const FrameTargets& frame, const E
         const double largest = system.hessian.diagonal().cwiseProduct(squares).maxCoeff();
         const Eigen::VectorXd precision =
             kSteadyPrior * std::max(largest, least_noise(model)) * squares.cwiseInverse();
-        const Eigen::VectorXd pull = precision.cwiseProduct(model.rest_values());
-        if (fit_values(model, frame, precision, pull, system, estimate) < kSettled || !model.can_move) break;
+        system.hessian.diagonal() += precision;
+        system.gradient += precision.cwiseProduct(model.rest_values());
+        const Eigen::VectorXd before = estimate.values;
+        estimate.values = minimise_in_box({system.hessian, system.gradient, model.lower, model.upper}, before);
+        fit_motion(model, frame, estimate);
+        const double change = ((estimate.values - before).cwiseAbs2().cwiseQuotient(squares)).maxCoeff();
+        if (!model.can_move || change < kSettled * kSettled) break;
     }
 }
 

@@ -65,8 +65,8 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
 /// Sparse Bayesian regression (Tipping 2001) within bounds: each value has a prior variance of its own, which is
 /// estimated along with the noise, so that few values differ from rest. The rigid motion is eliminated from the
 /// normal equations (variable projection); outliers lose their weight by Tukey's biweight.
-/// @param neighbours may be null. @param rounds at most; it ends when values settle. @throws Cancelled.
-void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* neighbours, int rounds,
+/// @param pull may be null. @param rounds at most; it ends when values settle. @throws Cancelled.
+void refine_estimate(const SliderModel& model, const FrameTargets& frame, const NeighbourPull* pull, int rounds,
                      const Execution& execution, FrameEstimate& estimate);
 
 /// Ridge regression within bounds: every target is followed, all values have one weak prior. So values change no

@@ -13,7 +13,7 @@ namespace meanvalue {
 /// Deterministic for any number of threads.
 class FastDecoder : public Decoder {
   public:
-    /// @param shape encoded with the soft anchors as such. @param soft soft anchors, in the region's vertex numbers;
+    /// @param shape a part that hangs together. @param soft soft anchors, in the region's vertex numbers;
     /// none of them fixed. @param handles n of the region,
     /// the handle of each fixed vertex and soft anchor or -1; or empty. @param rigidity 0 or more.
     /// @param stiffness n, Binding::stiffness of the region, or empty. @throws Cancelled, SolverFailure.

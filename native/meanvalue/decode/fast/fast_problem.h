@@ -40,8 +40,9 @@ struct FastProblem {
     std::vector<char> is_anchor;  ///< n flags: fixed vertices and soft anchors
     double rigidity = 0.0;
     double size = 0.0;
-    std::vector<SoftAnchor> soft;   ///< by ascending vertex
-    std::vector<double> carrying;   ///< n: weight of each vertex when parts are carried; empty: all anchors are hard
+    std::vector<SoftAnchor> soft;  ///< by ascending vertex
+    std::vector<double>
+        carrying;  ///< n: weight of each vertex when the whole is carried; empty: all anchors are hard
     std::vector<double> stiffness;  ///< n factors of the lengths around each vertex; or empty: 1
     /// Its levels are `levels` from the second on; empty where the mesh is small.
     std::shared_ptr<const Hierarchy> hierarchy = std::make_shared<const Hierarchy>();
