@@ -179,7 +179,7 @@ std::shared_ptr<const FastLevel> FastDecoder::make_level(const Encoding& encodin
         } else {
             stage.factor = level->stages.front().factor.with_same_pattern();  // it does not depend on rigidity
         }
-        if (!stage.factor.factorise(std::move(hessian), execution, threads)) {
+        if (!stage.factor.factorise(hessian, execution, threads)) {
             throw SolverFailure(message("the system of ", level->unknowns.free.size(), " free vertices is singular"));
         }
         level->stages.push_back(std::move(stage));
