@@ -157,11 +157,13 @@ std::vector<Index> find_told_snaps(const py::object& shapes, const py::object& t
     }
     std::vector<float> points(array.data(), array.data() + array.size());
     std::vector<float*> frames;
+    frames.reserve(trajectories.frame_count);
     for (Index frame = 0; frame < trajectories.frame_count; ++frame)
         frames.push_back(points.data() + 3 * array.shape(1) * frame);
     std::vector<Index> vertices(array.shape(1));
     std::iota(vertices.begin(), vertices.end(), 0);
     std::vector<AnchorOfRegion> anchors;
+    anchors.reserve(trajectories.anchor_count);
     for (Index k = 0; k < trajectories.anchor_count; ++k)
         anchors.push_back({k, k});
     const RunPaths paths(frames, std::move(vertices), std::vector<char>(frames.size(), 1));
