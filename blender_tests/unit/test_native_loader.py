@@ -83,6 +83,6 @@ def test_a_module_that_cannot_be_used(only, part, tmp_path, source, named):
 
 def test_a_module_on_its_own_is_the_second_choice(only, monkeypatch):
     alone = types.ModuleType("alone")
-    alone.Deformer = object
+    alone.Deformer = alone.find_snaps = object
     monkeypatch.setitem(sys.modules, "alone", alone)
     assert only("nowhere.meanvalue", "alone").module() is alone
