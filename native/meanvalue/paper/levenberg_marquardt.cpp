@@ -49,7 +49,7 @@ bool solve_step(SparseMatrix matrix, const Eigen::VectorXd& gradient, SparseChol
     identity.setIdentity();
     matrix += kRounding * identity;
     if (!cholesky.analysed()) cholesky.analyse(matrix, execution, threads);
-    if (!cholesky.factorise(std::move(matrix), execution, threads)) return false;
+    if (!cholesky.factorise(matrix, execution, threads)) return false;
     direction = -cholesky.solve(gradient, execution);
     return direction.allFinite();
 }
@@ -202,7 +202,7 @@ Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns,
     GaussNewtonSystem system = linearise(encoding, unknowns, base, &fixed_moves, execution);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
-    if (solve_step(std::move(system.matrix), system.gradient, cholesky, options.threads, execution, direction)) {
+    if (solve_step(system.matrix, system.gradient, cholesky, options.threads, execution, direction)) {
         move_free(unknowns, base, direction, 1.0, result);
     } else {
         for (const Index v : unknowns.free)
