@@ -28,7 +28,7 @@ Actor bending(const Mesh& mesh, double angle_rad) {
 Actor still(Mesh mesh, std::vector<Index> anchors, double away) {
     mesh.vertices.col(0).array() += away;
     const Positions targets = rows_of(mesh.vertices, anchors);
-    return {mesh, std::move(anchors), [=](double) { return targets; }};
+    return {mesh, std::move(anchors), [=](double) { return Positions(targets); }};
 }
 
 /// A tube that is twisted until it snaps.
