@@ -21,7 +21,8 @@ def read(obj, names):
     1 s where each is in four groups. All are read in one pass, and none that is known since the last edit.
     """
     known = _known(obj)
-    there = {name: (name, obj.vertex_groups[name].index) for name in names if name in obj.vertex_groups}
+    indices = {group.name: group.index for group in obj.vertex_groups}
+    there = {name: (name, indices[name]) for name in names if name in indices}
     unknown = [each for each in there.values() if each not in known]
     found = {index: (array.array("i"), array.array("f")) for _name, index in unknown}
     for number, vertex in enumerate(obj.data.vertices if found else ()):

@@ -71,8 +71,10 @@ def of_room(name, label, about, *modules):
     """The class of a room's menu, with the operators of these modules. about: what it is for, as the tooltip says it.
     """
 
+    operators = classes_in(modules, "MEANVALUE_OT_")
+
     def draw(menu, _context):
-        draw_operators(menu.layout, classes_in(modules, "MEANVALUE_OT_"))
+        draw_operators(menu.layout, operators)
 
     return type(name, (bpy.types.Menu,), {"__doc__": about, "bl_label": label, "draw": draw})
 

@@ -96,5 +96,5 @@ def _rigs(obj):
 
 def _weighted_bones(obj):
     """Names of the bones that deform, and have a vertex group."""
-    bones = (bone for rig in _rigs(obj) for bone in rig.data.bones)
-    return {bone.name for bone in bones if bone.use_deform and bone.name in obj.vertex_groups}
+    bones = {bone.name for rig in _rigs(obj) for bone in rig.data.bones if bone.use_deform}
+    return bones.intersection(obj.vertex_groups.keys())

@@ -54,7 +54,8 @@ def read(obj, to_bind=True):
     settings, faces = obj.meanvalue, kept.faces(obj.data)
     corners, starts = faces
     groups = {each.name for each in settings.handles if not each.mark} | {each.group for each in examples.keys(obj)}
-    vertex_groups.read(obj, groups | {settings.roi_group, *limbs.groups(obj)})  # in one pass
+    of_limbs = limbs.groups(obj) if settings.method == ids.METHOD_FAST else ()
+    vertex_groups.read(obj, groups | {settings.roi_group, *of_limbs})  # in one pass
     handles = targets.enabled_handles(obj)
     held, freedom = members.of(obj, handles), region_weights(obj)
     _require_members(handles, held, settings.roi_group, freedom)

@@ -7,7 +7,7 @@ way, with a thousand elbows do not bend.
 
 import numpy as np
 
-from ...scene.core import motion
+from ...scene.core import motion, whole_mesh
 from ...scene.core.point_sets import bounding_box_diagonal
 
 STIFF = 30.0
@@ -35,9 +35,7 @@ def by_weights(count, segments):
 
 def by_poses(rest, corners, starts, poses):
     """rest and each of the poses n x 3; corners, starts: as of scene.mesh_arrays.faces()."""
-    following = np.arange(1, len(corners) + 1)
-    following[np.append(starts[1:], len(corners)) - 1] = starts
-    pairs = np.sort(np.stack([corners, corners[following]], axis=1), axis=1)
+    pairs = np.sort(np.stack([corners, whole_mesh.edge_ends(corners, starts)], axis=1), axis=1)
     first, second = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0).T  # each edge both ways
     rest = rest.astype(np.float64)
     across = rest[second] - rest[first]

@@ -113,10 +113,9 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     for (std::size_t v = 0; v < is_fixed_.size(); ++v) {  // loose parts are no unknowns
         if (components.fixed[components.part_of[v]].empty()) is_fixed_[v] = 1;
     }
-    if (method_ == Method::kFast)
-        require_memory(static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0)),
-                       binding.memory > 0 ? binding.memory : physical_memory());
     report_.free_count = static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0));
+    if (method_ == Method::kFast)
+        require_memory(report_.free_count, binding.memory > 0 ? binding.memory : physical_memory());
     find_parts(components, earlier, execution);
     find_anchors(binding);
     std::vector<std::shared_ptr<Decoder>> decoders(parts_.size());
