@@ -207,11 +207,12 @@ def shut_down():
 
 
 def look_again(obj):
-    """An operator has changed what `obj` is posed by: nothing that was known of it may be written any more."""
+    """An operator changes what `obj` is posed by: nothing that was known of it may be written any more."""
     object_model.edited(obj)
     follower = roll.follower_of(obj)
     if follower is not None:
         follower.look_again()
+        _schedule()  # an operator that is refused after all changes nothing that Blender would tell of
 
 
 def is_settled(obj):

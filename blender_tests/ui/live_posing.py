@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handles dragged with the mouse: the mesh follows, and everything can be taken back."""
 
+import contextlib
+
 import bpy
 import numpy as np
+from harness import view
 from support import handles, meshes, steps
 from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
 from support.interface import is_settled
@@ -103,6 +106,10 @@ def drag_a_handle(ui):
     yield from ui.invoke("meanvalue.keep_pose", name="Lean")
     yield from ui.wait_until(settled, "the pose is kept")
     assert tube().data.shape_keys.key_blocks["Lean"].value == 1.0 and is_at_rest(tube(), 1e-2)
+    with view.override(), contextlib.suppress(RuntimeError):  # refused, which tells Blender of no change
+        bpy.ops.meanvalue.apply_pose('EXEC_DEFAULT', True)
+        raise AssertionError("a pose at rest was applied")
+    yield from ui.wait_until(settled, "it is live after what was refused")
 
 
 def undo_of_adding_a_handle(ui):
