@@ -9,6 +9,8 @@ import contextlib
 import bpy
 import gpu
 
+from . import ids
+
 
 def position_store(mesh):
     """(collection, property) of the vertex coordinates for foreach_get/foreach_set.
@@ -32,6 +34,12 @@ def is_locked(key):
 def points_tell_as_sliders(key):
     """Whether Blender tells of points of a key that a script wrote as it does of sliders; up to 4.2, of neither."""
     return hasattr(key, "points") and bpy.app.version >= (4, 3, 0)
+
+
+def stored(obj):
+    """What is kept of `object.meanvalue`, by its names, also what is not declared any more; None for nothing."""
+    owner = obj.bl_system_properties_get() if hasattr(obj, "bl_system_properties_get") else obj  # 5.0 and later
+    return owner.get(ids.OBJECT_PROPERTY) if owner is not None else None
 
 
 def corner_store(mesh):

@@ -4,6 +4,9 @@
 #: Name of the settings on every object: `object.meanvalue`.
 OBJECT_PROPERTY = "meanvalue"
 
+#: Of these settings: how many migrations posing/old_files.py has.
+SETTINGS_VERSION = 1
+
 #: Tab in the sidebar of the 3D View, and name of its panel.
 SIDEBAR_TAB = "Mean-Value"
 

@@ -7,7 +7,6 @@ nothing has changed for a moment the answer is settled, so that it does not depe
 What is to be done next follows from what is known: what was read, its binding, what is wanted, and what is shown.
 """
 
-import math
 import time
 
 from .. import wording
@@ -24,9 +23,6 @@ QUICK_SECONDS = 0.01
 
 #: How often a running solve is looked at: it is noticed a tenth of a frame late. And what takes longer.
 TICK_SECONDS, SLOW_TICK_SECONDS = 0.003, 0.02
-
-#: How long keys are compared at a time.
-SLICE_SECONDS = 0.01
 
 #: How long all has to be quiet before the answer is settled, and keys are compared with what was written.
 QUIET_SECONDS = 0.25
@@ -216,10 +212,8 @@ class Following(Follows):
         was_read = model.is_read(obj) if is_quiet else self._is_read(obj)
         if not was_read:
             model.read(obj)
-        if model.is_unchecked and (compares or not was_read):
-            model.compare_on(obj, math.inf if is_quiet else SLICE_SECONDS)
-            if is_quiet:
-                model.read(obj)
+        if compares or not was_read:
+            model.compare(obj)
         found = model.result(obj)
         if self._input is None or found.revision != self._input.revision:
             self.stop()
@@ -229,8 +223,6 @@ class Following(Follows):
 
     def _look(self, obj):
         """Takes what is wanted now. @throws MeanValueError."""
-        if self._shown is None:
-            self._require_good_binding(obj)
         wanted = self._read_targets(obj)
         if self._wanted is not None and self._is_same_target(wanted, self._wanted):
             return
@@ -239,9 +231,6 @@ class Following(Follows):
         self.problem = None
         self._wanted, self._is_settled = wanted, False
         self._changed_at = clock()
-
-    def _require_good_binding(self, obj):
-        """@throws MeanValueError if what was read must not be bound unasked."""
 
     def _start_next(self, obj, makes_keys, is_quiet):
         """What is started gives a function of the object, which takes the result up. @throws MeanValueError."""

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What older files have otherwise: carried over when they are opened, and when their objects are appended. In version
-0.1.0 handles were `object.meanvalue.anchor_groups`; a region had Invert, with which those outside the group may move;
-seams were open, and the result was known by its name. To be deleted once nobody has such files."""
+"""What older files have otherwise: carried over when they are opened, and when their objects are appended. What was
+bound says in `version` how many of MIGRATIONS it does not need any more; all else may go through them again."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from .. import ids, wording
-from ..scene import kept, mirrors, pose_key, shape_keys, views
-from ..scene.declarations import aside
+from .. import compat, ids, wording
+from ..scene import kept, mirrors, pose_key, shape_keys, subject, views
 from .bridge import control_places, controls, region, scene_input
 from .handle_properties import MEANVALUE_PG_handle
 
@@ -16,86 +13,71 @@ from .handle_properties import MEANVALUE_PG_handle
 _SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}
 
 
-class MEANVALUE_PG_anchor_group(bpy.types.PropertyGroup):
-    """A handle as version 0.1.0 stored it"""
-
-    __annotations__ = {
-        **MEANVALUE_PG_handle.__annotations__,
-        "follows": EnumProperty(
-            items=(('SHAPE', "", "", 0), ('CONTROL', "", "", 1), ('REST', "", "", 2)), default='SHAPE'
-        ),
-        "made_group": BoolProperty(options={'HIDDEN'}),
-    }
-
-
-def _turn_region_around(obj):
-    """A group of its own takes the place of one that was inverted. In Edit Mode that waits until it is left."""
-    settings = obj.meanvalue
-    if not settings.roi_invert or obj.type != 'MESH' or obj.mode == 'EDIT' or obj.data.library or obj.override_library:
-        return
-    rest = shape_keys.rest_positions(obj.data)
-    held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
-    settings.roi_invert = False
-    if settings.roi_group in obj.vertex_groups:
-        region.write(obj, 1.0 - held)
-
-
-SETTINGS = {
-    "roi_invert": aside(BoolProperty)(
-        options={'HIDDEN'}, update=lambda settings, _context: _turn_region_around(settings.id_data)
-    ),
-    "anchor_groups": aside(CollectionProperty)(type=MEANVALUE_PG_anchor_group, options={'HIDDEN'}),
-    "active_anchor_group": aside(IntProperty)(options={'HIDDEN'}),
-    "former_result": aside(StringProperty)(options={'HIDDEN'}),  # the shape key that the last solve wrote
-}
-
-
 def carry_over(objects):
     """Makes of what older versions left in the settings of `objects` what there is now."""
     for obj in objects:
-        if obj.library is not None:
-            continue
-        bound = obj.meanvalue.bound
-        if bound.is_bound and not bound.knows_seams:
-            obj.meanvalue.close_seams, bound.knows_seams = False, True
-        if obj.meanvalue.stiffness_group and not obj.meanvalue.is_property_set("bend_at"):
-            obj.meanvalue.bend_at = ids.BEND_PAINTED
-        if len(obj.meanvalue.anchor_groups):
-            _carry_over(obj)
-        if obj.meanvalue.roi_invert:
-            _turn_region_around(obj)
-        _mark_result(obj)
+        settings = obj.meanvalue
+        to_do = MIGRATIONS[settings.version :] if subject.object_problem(obj) is None else ()
+        stored = compat.stored(obj) if to_do else None
+        if stored and all(migrate(obj, stored) for migrate in to_do) and settings.bound.is_bound:
+            settings.version = len(MIGRATIONS)
 
 
-def _mark_result(obj):
-    """The shape key that the last solve wrote had its name alone."""
-    settings, keys = obj.meanvalue, getattr(obj.data, "shape_keys", None)
-    if not settings.former_result or keys is None or keys.library is not None:
-        return
-    result = keys.key_blocks.get(settings.former_result)
-    if result not in {None, keys.reference_key}:
-        pose_key.adopt(settings, result)
-    settings.former_result = ""
-
-
-def _carry_over(obj):
+def _from_0_1(obj, stored):
+    """Of version 0.1.0: handles were `anchor_groups`; a region had Invert, with which those outside the group may move;
+    seams were open, and the result was known by its name. Returns whether nothing is left to do."""
     settings = obj.meanvalue
-    followed_key = []
-    for old in settings.anchor_groups:
-        handle = settings.handles.add()
-        for name in MEANVALUE_PG_handle.__annotations__:
-            if name not in _SET_APART:
-                setattr(handle, name, getattr(old, name))
-        handle.follows = 'REST' if old.follows == 'SHAPE' else old.follows
-        handle.made_group = old.name if old.made_group else ""
-        controls.choose(handle, old.control, control_places.at_rest(old), made=old.made_control)
-        if old.follows == 'SHAPE':
-            followed_key.append(old.name)
-    settings.active_handle = settings.active_anchor_group
-    settings.anchor_groups.clear()
-    settings.property_unset("active_anchor_group")
+    if settings.bound.is_bound and not stored["bound"].pop("knows_seams", False):
+        settings.close_seams = False
+    if settings.stiffness_group and not settings.is_property_set("bend_at"):
+        settings.bend_at = ids.BEND_PAINTED
+    followed_key = [old["name"] for old in stored.get("anchor_groups", ()) if _add_handle(settings, old)]
+    if stored.pop("anchor_groups", None):
+        settings.active_handle = stored.pop("active_anchor_group", 0)
     if followed_key:
         _tell(obj, followed_key)
+    _mark_result(obj, stored.pop("former_result", ""))
+    return _turn_region_around(obj, stored)
+
+
+MIGRATIONS = (_from_0_1,)
+
+
+def _add_handle(settings, old):
+    """Returns whether it followed a shape key, and is a pin now."""
+    handle = settings.handles.add()
+    for name in MEANVALUE_PG_handle.__annotations__:
+        if name in old and name not in _SET_APART:
+            setattr(handle, name, old[name])
+    follows = ('SHAPE', 'CONTROL', 'REST')[old.get("follows", 0)]
+    handle.follows = 'REST' if follows == 'SHAPE' else follows
+    handle.made_group = old["name"] if old.get("made_group") else ""
+    handle.rest_relation = old.get("rest_relation", handle.rest_relation)
+    control = old.get("control") if isinstance(old.get("control"), bpy.types.Object) else None  # {} where none was set
+    controls.choose(handle, control, control_places.at_rest(handle), made=bool(old.get("made_control")))
+    return follows == 'SHAPE'
+
+
+def _mark_result(obj, name):
+    """name: of the shape key that the last solve wrote."""
+    keys = obj.data.shape_keys
+    result = keys.key_blocks.get(name) if name and keys is not None else None
+    if result is not None and result != keys.reference_key:
+        pose_key.adopt(obj.meanvalue, result)
+
+
+def _turn_region_around(obj, stored):
+    """A group of its own takes the place of one that was inverted. Returns whether nothing is left to do: in Edit Mode
+    that waits until it is left."""
+    settings = obj.meanvalue
+    if not stored.get("roi_invert") or obj.mode == 'EDIT':
+        return not stored.get("roi_invert")
+    rest = shape_keys.rest_positions(obj.data)
+    held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
+    del stored["roi_invert"]
+    if settings.roi_group in obj.vertex_groups:
+        region.write(obj, 1.0 - held)
+    return True
 
 
 def _tell(obj, names):

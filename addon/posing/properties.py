@@ -26,7 +26,6 @@ class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     vertex_count: IntProperty()
     faces: StringProperty()
     rest_shape: StringProperty()
-    knows_seams: BoolProperty()  # it was bound by a version that closes seams; see old_files.py
 
 
 def _choose_region(settings, context):
@@ -157,6 +156,7 @@ class Settings:
     show_overlay: aside(BoolProperty)(
         name="Overlay", description="Show handles, pins and region in the 3D View", default=True
     )
+    version: aside(IntProperty)(options={'HIDDEN'})  # of these settings when it was bound, see old_files.py
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
     is_control: aside(BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
     influence: aside(FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture

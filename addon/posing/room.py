@@ -54,11 +54,11 @@ ROOM = Room(
         "meanvalue.select_problems": "messy_meshes",
     },
     modules=(
-        *(handle_properties, properties, old_files),
+        *(handle_properties, properties),
         *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
         *(panel, menus),
     ),
-    settings={**properties.SETTINGS, **old_files.SETTINGS},
+    settings=properties.SETTINGS,
     register=grab_tool.register,
     unregister=_unregister,
     finders=[controls.mesh_moved_by],

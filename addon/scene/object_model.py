@@ -72,7 +72,7 @@ class ObjectModel:
     written       n x 3 float32: what the add-on has written last, None where that is not what the key has
     overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
     found         the result of what was read last, or None
-    is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare_on()
+    is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare()
     is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
 
@@ -82,8 +82,7 @@ class ObjectModel:
         self.written = self.overwritten = self._rest = None
         self.is_unchecked = self.is_watched = False
         self.content = next(_numbers)
-        self.told_at = -math.inf
-        self._compared = 0
+        self.told_at = self._read_at = -math.inf
         self.found = self._stamp = self._error = None
 
     # Whether it has changed
@@ -100,13 +99,13 @@ class ObjectModel:
             return False
         if change is Change.MESH:
             self.content = next(_numbers)
-        self.is_unchecked, self._compared, self.told_at = True, 0, clock()
+        self.is_unchecked, self.told_at = True, clock()
         return True
 
     def edited(self):
         """The object is another one now."""
         self.content = next(_numbers)
-        self.is_unchecked, self._compared, self.told_at = True, 0, clock()
+        self.is_unchecked, self.told_at = True, clock()
 
     def rig_moved(self):
         self.rig_revision, self.rig_moved_at = next(_numbers), clock()
@@ -137,9 +136,7 @@ class ObjectModel:
         if self.is_usable(obj) and clock() - self.told_at < quiet_seconds:
             return False
         self.read(obj)
-        while self.is_unchecked:
-            self.compare_on(obj)
-            self.read(obj)
+        self.compare(obj)
         return True
 
     def read(self, obj):
@@ -152,7 +149,7 @@ class ObjectModel:
             self.found = former if former is not None and former.revision == found.revision else found
         except MeanValueError as error:
             self._error = error
-        self._compared = len(self._shapes())
+        self._read_at = clock()
 
     def result(self, obj):
         """What read() has read; the same one until there is other content. @throws MeanValueError."""
@@ -166,18 +163,15 @@ class ObjectModel:
         """What was read cannot be used: result() raises `error` until there is an edit."""
         self._error = error
 
-    def compare_on(self, obj, seconds=math.inf):
-        """Compares for about so long what shape keys hold with what was read and written."""
-        until = clock() + seconds
+    def compare(self, obj):
+        """Compares what shape keys hold with what was read and written, if that may be another; reads what is."""
+        if not self.is_unchecked:
+            return
+        is_older = self._read_at <= self.told_at  # what was read since is as it is
+        if is_older and not all(np.array_equal(shape_keys.held(obj, name), shape) for name, shape in self._shapes()):
+            self.edited()
+            self.read(obj)
         shapes = self._shapes()
-        while self._compared < len(shapes):
-            name, shape = shapes[self._compared]
-            self._compared += 1
-            if not np.array_equal(shape_keys.held(obj, name), shape):
-                self.edited()
-                return
-            if clock() >= until:
-                return
         if self.written is not None:
             key = self.kind.written_key(obj)
             is_held = key is not None and np.array_equal(shape_keys.positions(key), self.written)

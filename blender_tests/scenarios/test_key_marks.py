@@ -229,7 +229,8 @@ def test_a_file_of_before_the_marks_goes_on(tmp_path):
     obj, _control = posed()
     key, settings = blocks(obj)["Mean-Value"], obj.meanvalue
     key.name, key.slider_min = "Lean", 0.0
-    settings.result_mark, settings.former_result = 0.0, "Lean"
+    settings.result_mark = settings.version = 0
+    part("compat").stored(obj)["former_result"] = "Lean"
     obj.shape_key_add(name="Wave").value = 0.0
     settings.live, settings.mix.is_on = False, True
     handles.update()

@@ -2,7 +2,7 @@
 """What Bind and Solve hand to the solver: the gathered scene, and the calls to make with it. The binding is kept in the
 .blend as a record, a fingerprint."""
 
-from ... import wording
+from ... import ids, wording
 from ...errors import ChangedMeanwhileError, SceneError, StaleBindingError
 from ...scene import declarations, mesh_arrays, shape_keys, subject
 from ...solver import session
@@ -105,7 +105,7 @@ def problem(obj, quiet_seconds=0.0):
 def write(record, now):
     """Remembers the binding of a Fingerprint: what of it the artist has to look at where it is another."""
     record.vertex_count, record.faces, record.rest_shape = now.vertex_count, now.faces, now.rest_shape
-    record.is_bound = record.knows_seams = True
+    record.is_bound, record.id_data.meanvalue.version = True, ids.SETTINGS_VERSION
 
 
 def release(record):

@@ -90,14 +90,11 @@ class Follower(Following):
         if former is not None and former.drafted is not None:  # the mesh does not hold what a draft stands in for
             self._drag = session.Drag(None, None, None, former.answer, former.drafted)
 
-    # Reading
-
-    def _require_good_binding(self, obj):
-        posing.require_fits(obj.meanvalue.bound, self._input.fingerprint)
-
     # Posing
 
     def _read_targets(self, obj):
+        if self._shown is None:  # what was edited must not be bound unasked
+            posing.require_fits(obj.meanvalue.bound, self._input.fingerprint)
         return self._targets.gather(obj, self._input, self._wanted)
 
     def _is_same_target(self, first, second):

@@ -60,9 +60,6 @@ class KeyFollower(Follower):
         super()._begin_anew()
         self._missed = None  # name of the handle that the keys do not reach
 
-    def _require_good_binding(self, obj):
-        """Nothing is kept in the file of what is bound."""
-
     def _is_shown(self, _obj):
         return self._wanted is not None and self._shown is self._wanted
 
