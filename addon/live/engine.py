@@ -250,7 +250,7 @@ def _changes(depsgraph):
     An object is named wherever its evaluated mesh is another, be it that a bone of its rig has moved. Its mesh is named
     only where it was tagged, or has its shape keys mixed anew. What was tagged has all its flags, what is only
     evaluated again (sliders that are driven or animated) that of its geometry alone. So in 3.4 to 5.0, see
-    test_live_edits.py.
+    test_live_recovery.py.
     """
     objects, named = [], {}  # session key: the update of a datablock
     for update in depsgraph.updates:

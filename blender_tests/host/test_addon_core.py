@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/: plain Python, run without Blender."""
 
+import pathlib
 import types
 
 import numpy as np
 import pytest
+from support import bent_tubes
 
-from addon.errors import SceneError
-from addon.posing.core import springs
+from addon.errors import CacheError, SceneError
+from addon.posing.core import far_poses, joints, segments, springs
 from addon.posing.core.bind_input import BindInput, anchor_layout
+from addon.scene.core import whole_files
+from addon.scene.core.key_shapes import KeyShapes, Slider
 from addon.scene.core.point_sets import require_finite
+from addon.scene.core.whole_files import file_name
 from addon.solver.core import fingerprint, result
 from addon.solver.session import DeformerCache
 
@@ -205,3 +210,178 @@ def test_soft_anchors_are_free_but_hold():
     assert soft.is_held[[0, 2, 6]].all()
     assert soft.fingerprint.anchors != square().fingerprint.anchors
     soft.check()
+
+
+# -- which poses differ most -------------------------------------------------------------------------------------------
+
+
+def bent(angle, turn=0.0):
+    """(20, 3): a line along x, bent in its middle, and turned as a whole."""
+    x = np.linspace(-1.0, 1.0, 20)
+    points = np.stack([np.where(x < 0.0, x, x * np.cos(angle)), np.where(x < 0.0, 0.0, x * np.sin(angle)), 0.0 * x], 1)
+    rotation = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+    return points @ rotation.T + turn
+
+
+def test_the_farthest_come_first_and_those_alike_not_at_all():
+    poses = np.array([bent(angle, 3.0 * angle) for angle in (0.0, 0.4, 1.5, 1.5, -1.0, 0.01)])
+    assert far_poses.differing(bent(0.0), poses, 1, 0.02) == [2]
+    assert far_poses.differing(bent(0.0), poses, 2, 0.02) == [2, 4]
+    assert far_poses.differing(bent(0.0), poses, 9, 0.02) == [1, 2, 4]
+    assert far_poses.differing(bent(0.0), poses[:1], 9, 0.02) == []
+
+
+def test_distances_leave_out_place_and_turn():
+    poses = np.array([bent(0.8, 2.0), bent(0.8), bent(0.2)])
+    assert np.allclose(far_poses.distances_from(bent(0.8), poses)[:2], 0.0, atol=1e-6)
+    assert far_poses.distances_from(bent(0.8), poses)[2] > 0.05
+
+
+# -- shapes of keys ----------------------------------------------------------------------------------------------------
+
+
+COUNT = 300
+
+
+@pytest.fixture
+def shapes():
+    """Three sliders: one of Basis, one of the first with a group, one without effect."""
+    rng = np.random.default_rng(1)
+    rest, first, second = (rng.normal(size=(COUNT, 3)).astype(np.float32) for _ in range(3))
+    return KeyShapes(
+        sliders=(
+            Slider("First", 0.0, 1.0, "Basis"),
+            Slider("Second", -1.0, 2.0, "First", "Half"),
+            Slider("Copy", 0.0, 1.0, "Basis"),
+        ),
+        rest=rest,
+        points={"Basis": rest, "First": first, "Second": second, "Copy": rest.copy()},
+        masks={"Half": np.linspace(0.0, 1.0, COUNT)},
+        left_alone=(("Muted", "muted"),),
+    )
+
+
+def test_the_solver_finds_values_from_few_rows(shapes):
+    meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+    shapes = shapes.with_effect()
+    anchors = np.array([5, 250, 3, 77])
+    rest, moved, places = shapes.fit_input(anchors)
+    assert len(rest) <= len(anchors) + 2
+    np.testing.assert_array_equal(rest[places], shapes.rest[anchors].astype(np.float64))
+    fit = meanvalue.SliderFit(rest, moved, places, lower=shapes.lower, upper=shapes.upper, can_move=False)
+    found = fit.solve(shapes.mixed([0.5, -0.25], anchors)).values
+    np.testing.assert_allclose(found, [0.5, -0.25], atol=1e-3)
+
+
+# -- segments ----------------------------------------------------------------------------------------------------------
+
+
+#: Bones after their parents; what is between bars is one segment, each of the others is one of its own.
+RIGS = {
+    "MakeHuman": """root - | spine02 root | spine01 spine02 | pelvis.L root | breast.L spine02; clavicle.L spine01;
+        upperarm01.L clavicle.L | upperarm02.L upperarm01.L; lowerarm01.L upperarm02.L | lowerarm02.L lowerarm01.L;
+        wrist.L lowerarm02.L | metacarpal1.L wrist.L; finger2-1.L metacarpal1.L; finger2-2.L finger2-1.L;
+        neck01 spine01 | neck02 neck01; head neck02 | jaw head | eye.L head; upperleg01.L pelvis.L""",
+    "Rigify": """DEF-spine root | DEF-spine.001 DEF-spine; ORG-spine.001 root; ORG-shoulder.L ORG-spine.001;
+        DEF-shoulder.L ORG-shoulder.L; DEF-upper_arm.L ORG-shoulder.L | DEF-upper_arm.L.001 DEF-upper_arm.L;
+        DEF-spine.002 DEF-spine.001; DEF-spine.003 DEF-spine.002 | DEF-face DEF-spine.003""",
+    "Rigify horse": """spine.001 - | spine.006 spine.001; neck.001 spine.006 | neck.002 neck.001; tail.001 spine.001;
+        tail.002 tail.001; shoulder.L spine.001; thigh.L spine.001; lower_leg.L thigh.L; r_hoof.L lower_leg.L""",
+    "Mixamo": """m:Hips - | m:Spine m:Hips | m:Spine1 m:Spine; m:LeftShoulder m:Spine1;
+        m:LeftArm m:LeftShoulder | m:LeftArmTwist m:LeftArm; m:LeftForeArm m:LeftArm; m:LeftHandIndex1 m:LeftForeArm;
+        m:LeftHandIndex2 m:LeftHandIndex1; m:Head m:Spine1 | m:HeadTop_End m:Head; m:LeftUpLeg m:Hips""",
+    "VRM": """J_Bip_C_Hips - | J_Bip_C_UpperChest J_Bip_C_Hips | J_Sec_L_Bust1 J_Bip_C_UpperChest;
+        J_Bip_L_UpperArm J_Bip_C_UpperChest; J_Bip_L_LowerArm J_Bip_L_UpperArm; J_Bip_L_UpperLeg J_Bip_C_Hips;
+        J_Bip_C_Head J_Bip_C_UpperChest | J_Adj_L_FaceEye J_Bip_C_Head; J_Sec_Hair1_01 J_Bip_C_Head""",
+    "a fish, or a row of bones": "spine - ; spine.001 spine; spine.002 spine.001",
+}
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_bones_that_move_as_one_are_one_segment(name):
+    expected = [[bone.split() for bone in segment.split("|")] for segment in RIGS[name].split(";")]
+    parents = {bone: parent.strip("-") if parent == "-" else parent for each in expected for bone, parent in each}
+    parents.setdefault("root", "")
+    found = segments.of(parents)
+    named = [{found[bone] for bone, _parent in each} for each in expected if "ORG" not in each[0][0]]
+    assert all(len(each) == 1 for each in named), named
+    assert len(set.union(*named)) == len(named), named
+    assert segments.joint_count(parents, found, set.union(*named)) == len(named) - 1
+
+
+def test_limbs_are_where_one_segment_has_most_of_the_weight():
+    vertices = np.arange(4)
+    upper, twist, lower = np.array([(0.5, 0.3, 0.6, 0.0), (0.5, 0.3, 0.2, 0.0), (0.0, 0.6, 0.2, 0.0)])
+    found = joints.by_weights(4, [[(vertices, upper), (vertices, twist)], [(vertices, lower)]])
+    assert found[0] == joints.STIFF and found[1] == found[3] == 1.0 and 10.0 < found[2] < 25.0
+
+
+def test_kept_poses_tell_where_a_limb_bends():
+    rest, faces = bent_tubes.tube(1200)
+    corners, starts = np.array(faces).ravel(), np.arange(len(faces)) * len(faces[0])
+    poses = [bent_tubes.posed(rest, [(0.5 * np.ptp(rest[:, 2]), axis, 90.0)], 0.6) for axis in ((1, 0, 0), (0, 1, 0))]
+    found = joints.by_poses(rest, corners, starts, poses)
+    off = np.abs(rest[:, 2] - rest[:, 2].mean()) / np.ptp(rest[:, 2])
+    assert found[off < 0.03].mean() < 0.25 * joints.STIFF and found[off > 0.25].min() > 0.9 * joints.STIFF
+
+
+# -- names of files ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("Tube", "Tube"),
+        ("CON", "CON_"),
+        ("nul", "nul_"),
+        ("Com1.chunks", "Com1_.chunks"),
+        ("CONE", "CONE"),
+        ("Walk.001", "Walk.001"),
+        ("Walk...", "Walk"),
+        ("Walk. ", "Walk"),
+        ("a:b", "a_b"),
+        ("a\0b\n", "a_b_"),
+        ("...", "_"),
+        ("手", "手"),
+    ],
+)
+def test_names_that_every_system_takes(name, expected):
+    assert file_name(name) == expected
+    assert file_name(expected) == expected
+    assert not pathlib.PureWindowsPath(expected + ".pc2").is_reserved()
+
+
+def open_elsewhere(times, monkeypatch):
+    """Renames fail so often, as they do on Windows while a program has the file open."""
+    rename, failures = pathlib.Path.replace, [32] * times
+    monkeypatch.setattr(whole_files.time, "sleep", lambda _seconds: None)
+
+    def replace(self, target):
+        if failures:
+            error = PermissionError(13, "The process cannot access the file")
+            error.winerror = failures.pop()
+            raise error
+        return rename(self, target)
+
+    monkeypatch.setattr(pathlib.Path, "replace", replace)
+
+
+def write(path, content):
+    with whole_files.replacing(path) as file:
+        file.write(content)
+
+
+def test_a_file_that_is_open_elsewhere_is_waited_for(tmp_path, monkeypatch):
+    write(tmp_path / "a", b"old")
+    open_elsewhere(3, monkeypatch)
+    write(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+def test_a_file_that_stays_open_elsewhere_stays_as_it_is(tmp_path, monkeypatch):
+    write(tmp_path / "a", b"old")
+    open_elsewhere(100, monkeypatch)
+    with pytest.raises(CacheError, match="another program has it open"):
+        write(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]

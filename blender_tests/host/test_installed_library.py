@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 
+import meanvalue
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -46,3 +47,14 @@ def test_examples_of_both_languages_say_the_same(tmp_path):
     inside = ("-B", tmp_path / "inside", f"-DMEANVALUE_SOURCE={ROOT}", "-DBUILD_SHARED_LIBS=ON")
     made = run("cmake", "-S", EXAMPLES, "-G", "Ninja", *inside)
     assert "pybind11" not in made and "GTest" not in made
+
+
+def test_the_module_tells_how_it_was_built():
+    info = meanvalue.build_info()
+    assert set(info) == {"compiler", "eigen", "instructions", "threads"}
+    assert info["compiler"].split()[0] in {"GCC", "Clang", "MSVC"} and info["threads"] >= 1
+    assert info["eigen"].count(".") == 2
+    flags = pathlib.Path("/proc/cpuinfo")
+    if flags.exists() and "\nflags" in flags.read_text():
+        has_both = {"avx2", "fma"} <= set(flags.read_text().split("\nflags", 1)[1].split("\n", 1)[0].split())
+        assert info["instructions"] == ("AVX2 and FMA" if has_both else "portable")

@@ -11,7 +11,6 @@ import pytest
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
-
 from blender_tests.support.native_calls import (  # noqa: E402
     ENDS,
     TRIANGLES,
@@ -248,3 +247,122 @@ def test_a_process_ends_under_a_task():
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (ended.returncode, ended.stderr) == (0, "")
+
+
+# -- bound again; its bits and threads are tested in C++ ---------------------------------------------------------------
+
+
+def test_options_are_those_of_a_bind_and_the_earlier_deformer_stays():
+    roi, anchors, targets = VERTICES[:, 2] > 3.0, ENDS[12:], bent_targets()[12:]
+    options = {"handles": np.arange(12) // 6, "rigidity": 40.0, "strengths": np.repeat([np.inf, 0.5], 6)}
+    options["stiffness"] = 1.0 + np.arange(len(VERTICES)) % 3
+    earlier = meanvalue.Deformer(VERTICES, TRIANGLES, anchors[:3], roi=roi, portable=True)
+    before = earlier.solve(targets[:3]).vertices
+    fresh = meanvalue.Deformer(VERTICES, TRIANGLES, anchors, roi=roi, portable=True, **options).solve(targets)
+    for deformer in (earlier.rebind(anchors, **options), earlier.start_rebind(anchors, **options).result()):
+        assert np.array_equal(deformer.solve(targets).vertices, fresh.vertices)
+        assert deformer.report.anchor_count == 12
+    assert np.array_equal(earlier.solve(targets[:3]).vertices, before)
+
+
+def test_binding_again_is_cancelled():
+    execution = meanvalue.Execution()
+    execution.cancel()
+    earlier = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
+    with pytest.raises(meanvalue.Cancelled):
+        earlier.rebind(ENDS[:5], execution=execution)
+    with pytest.raises(meanvalue.Cancelled):
+        earlier.start_rebind(ENDS[:5], execution=execution).result()
+
+
+def test_what_is_wrong_when_bound_again_is_told_as_by_a_fresh_bind():
+    earlier = meanvalue.Deformer(VERTICES, TRIANGLES, [0, 5], method="paper")
+    with pytest.raises(meanvalue.InvalidInput, match="vertex -1"):
+        earlier.rebind([0, -1])
+    with pytest.raises(meanvalue.InvalidInput, match="handles has 1 numbers"):
+        earlier.rebind([0, 5], handles=[0], rigidity=None)
+    with pytest.raises(meanvalue.InvalidInput, match="only method 'fast' has soft anchors"):
+        earlier.rebind([0, 5], strengths=[1.0, 1.0])
+
+
+# -- methods to compare with; their mathematics is tested in C++ -------------------------------------------------------
+
+
+baselines = pytest.importorskip("meanvalue.baselines", reason="built without methods to compare with")
+METHODS = ["laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant"]
+
+
+def test_methods_to_compare_with_are_a_module_of_their_own():
+    from meanvalue.baselines import arap
+
+    assert arap is baselines.arap and baselines.__name__ == "meanvalue.baselines"
+
+
+def method(name):
+    return getattr(baselines, name)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_one_calling_form(name):
+    targets = bent_targets()
+    deformed = method(name)(VERTICES, TRIANGLES, ENDS, targets)
+    assert deformed.shape == VERTICES.shape and deformed.dtype == np.float64 and deformed.flags.c_contiguous
+    assert np.array_equal(deformed[ENDS], targets)
+    assert np.isfinite(deformed).all()
+    keywords = {"roi": np.ones(len(VERTICES), bool), "threads": 1, "execution": meanvalue.Execution()}
+    again = method(name)(vertices=VERTICES, faces=TRIANGLES, anchors=ENDS, targets=targets, **keywords)
+    assert np.array_equal(again, deformed)
+
+
+def test_options_change_the_result():
+    arguments = (VERTICES, TRIANGLES, ENDS, bent_targets())
+    for default, other in [
+        (baselines.laplacian_surface_editing(*arguments), baselines.laplacian_surface_editing(*arguments, rounds=5)),
+        (baselines.pyramid(*arguments), baselines.pyramid(*arguments, sweeps=5)),
+        (baselines.arap(*arguments), baselines.arap(*arguments, iterations=1)),
+        (baselines.arap(*arguments), baselines.arap(*arguments, tolerance=0.1)),
+    ]:
+        assert not np.array_equal(default, other)
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"vertices": VERTICES * np.nan}, r"vertices\[0\] is \(nan"),
+        ({"faces": TRIANGLES + 1}, "triangle .* names vertex 180"),
+        ({"anchors": np.r_[ENDS[:-1], 999]}, "anchor 23 is vertex 999"),
+        ({"targets": VERTICES[:3]}, "targets has 3 rows, but there are 24 anchors"),
+        ({"targets": np.full((24, 3), np.inf)}, r"targets\[0\] is \(inf"),
+        ({"targets": np.full((24, 3), 1e12)}, r"targets\[0\], of vertex 0, is .* at most 1e\+06"),
+        ({"roi": np.ones(5, bool)}, "roi has 5 entries"),
+        ({"threads": -1}, "threads is -1"),
+    ],
+)
+def test_bad_input_of_every_method_is_refused_by_name(name, change, text):
+    arguments = {"vertices": VERTICES, "faces": TRIANGLES, "anchors": ENDS, "targets": bent_targets()} | change
+    with pytest.raises(meanvalue.InvalidInput, match=text):
+        method(name)(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "text"),
+    [
+        ("laplacian_surface_editing", {"rounds": 0}, "rounds is 0"),
+        ("pyramid", {"sweeps": -1}, "sweeps is -1"),
+        ("arap", {"iterations": -1}, "iterations is -1"),
+        ("arap", {"tolerance": 0.0}, "tolerance is 0"),
+    ],
+)
+def test_bad_options_of_methods_are_refused_by_name(name, options, text):
+    with pytest.raises(meanvalue.InvalidInput, match=text):
+        method(name)(VERTICES, TRIANGLES, ENDS, bent_targets(), **options)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_interpreter_runs_while_any_method_solves(name):
+    vertices, triangles = tube(150, 120)
+    anchors = np.r_[0:150, len(vertices) - 150 : len(vertices)]
+    assert cancelled_while_solving(
+        lambda execution: method(name)(vertices, triangles, anchors, 2 * vertices[anchors], execution=execution)
+    )

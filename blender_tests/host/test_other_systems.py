@@ -23,7 +23,7 @@ def test_what_pytest_said(said, found):
 
 
 def test_files_are_named_or_all():
-    one = "blender_tests/host/test_wheels.py"
+    one = "blender_tests/host/test_packages.py"
     assert other_systems.files_and_options("host", ["-k", "name", one]) == ([one], ["-k", "name"])
     files, options = other_systems.files_and_options("host", ["-x"])
     assert one in files and options == ["-x"]

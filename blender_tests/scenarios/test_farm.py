@@ -15,9 +15,6 @@ from support import farm
 from support.baking import curves
 from support.farm import baked_at_once, planned, run, two_clips
 
-pytestmark = pytest.mark.slow
-
-
 #: Blender's module has no command line; so it does the same as Blender.
 BY_MODULE = """
 import runpy, sys, bpy
@@ -56,6 +53,7 @@ def missing(out, capfd):
     return capfd.readouterr().out.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, part, monkeypatch, command, capfd):
     monkeypatch.setattr(part("scene.core.whole_files"), "ABANDONED_SECONDS", -1)
     blend = two_clips(tmp_path)
@@ -87,6 +85,7 @@ def test_two_clips_in_three_chunks_one_killed_resumed_and_merged(tmp_path, part,
     assert list(out.rglob("*.tmp.*")) == []
 
 
+@pytest.mark.slow
 def test_names_that_the_console_has_no_letters_for(tmp_path, command):
     blend = two_clips(tmp_path)
     done = process(command(blend, "plan", "--out", tmp_path / "手"), PYTHONIOENCODING="cp1252")
@@ -95,6 +94,7 @@ def test_names_that_the_console_has_no_letters_for(tmp_path, command):
     assert (tmp_path / "手" / "plan" / "plan.json").exists()
 
 
+@pytest.mark.slow
 def test_done_before_is_done(tmp_path, capfd):
     two_clips(tmp_path)
     out = planned(tmp_path, "--clip", "First")
@@ -115,6 +115,7 @@ def test_done_before_is_done(tmp_path, capfd):
     assert "60 of 60 frames, merged" in capfd.readouterr().out
 
 
+@pytest.mark.slow
 def test_exit_codes(tmp_path, capfd):
     two_clips(tmp_path)
     out = planned(tmp_path, "--clip", "First")
@@ -137,6 +138,7 @@ def test_exit_codes(tmp_path, capfd):
     assert run("bake", *plan, 1) == 1
 
 
+@pytest.mark.slow
 def test_a_changed_scene_is_another_key_and_never_mixes(tmp_path):
     two_clips(tmp_path)
     out = planned(tmp_path, "--clip", "Second")
@@ -152,6 +154,7 @@ def test_a_changed_scene_is_another_key_and_never_mixes(tmp_path):
     assert (out / "Second" / "Second.pc2").read_bytes() == baked_at_once(tmp_path, "Second")
 
 
+@pytest.mark.slow
 def test_clips_have_names_objects_and_ranges(tmp_path):
     two_clips(tmp_path)
     wanted = [word for text in ("Walk=First:5-9", "Run=First:20..22", "Second") for word in ("--clip", text)]
@@ -161,6 +164,7 @@ def test_clips_have_names_objects_and_ranges(tmp_path):
         assert run("plan", "--out", out, *wrong) == 2
 
 
+@pytest.mark.slow
 def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, native):
     two_clips(tmp_path)
     keys, options = [], ("--clip", "First", "--frames", "1-4")
@@ -181,6 +185,7 @@ def test_a_portable_plan_is_another_key_and_solved_so(tmp_path, native):
     np.testing.assert_array_equal(baked, deformer.solve_sequence(plan.clip.targets).vertices)
 
 
+@pytest.mark.slow
 def test_a_mesh_that_bends_as_kept_poses_do_is_baked_from_its_plan(tmp_path):
     two_clips(tmp_path)
     obj = bpy.data.objects["First"]
@@ -191,3 +196,57 @@ def test_a_mesh_that_bends_as_kept_poses_do_is_baked_from_its_plan(tmp_path):
     obj.meanvalue.bend_at = 'POSES'
     out = planned(tmp_path, "--clip", "First", "--frames", "1-4")
     assert run("bake", "--plan", out / "plan", "--index", 0) == 0
+
+
+# -- the files for Slurm and OpenJD; the latter run by the real program where it is installed --------------------------
+
+
+CLIPS, TASKS = ("First", "Second"), 6
+
+needs_blender = pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy module has no Blender to start")
+
+
+def same_as_at_once(out, tmp_path, name):
+    return (out / name / f"{name}.pc2").read_bytes() == baked_at_once(tmp_path, name)
+
+
+@needs_blender
+@pytest.mark.slow
+def test_the_scripts_for_slurm_bake_and_merge(tmp_path):
+    """As Slurm starts the tasks of an array. What is asked of Slurm itself: host/test_farm_scripts.py."""
+    two_clips(tmp_path)
+    out = planned(tmp_path)
+    environment = {**os.environ, "PATH": "/usr/bin:/bin", "BLENDER": bpy.app.binary_path, "MEANVALUE_FARM": farm.SCRIPT}
+
+    def code(name, task, *offset):
+        command = ["bash", farm.FOLDER / f"slurm_{name}.sh", out, *offset]
+        return subprocess.run(command, env={**environment, "SLURM_ARRAY_TASK_ID": str(task)}, timeout=300).returncode
+
+    assert [code("bake", 0), code("bake", 1), code("bake", 0, "2")] == [0, 0, 0]
+    assert code("merge", 0) == 0
+    assert code("merge", 0, "1") == 3  # one clip's failure holds up no other
+    assert same_as_at_once(out, tmp_path, "First")
+
+
+@needs_blender
+@pytest.mark.slow
+def test_openjd_runs_the_template(tmp_path):
+    openjd = os.environ.get("MEANVALUE_OPENJD") or shutil.which("openjd")
+    if openjd is None:
+        pytest.skip("openjd-cli is not installed (or name it in MEANVALUE_OPENJD)")
+    template = farm.FOLDER / "openjd_template.yaml"
+    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
+    done = subprocess.run([openjd, "check", template], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    two_clips(tmp_path)
+    out = planned(tmp_path)
+    values = {
+        "Out": out, "FarmScript": farm.SCRIPT, "Blender": bpy.app.binary_path,
+        "LastTask": TASKS - 1, "LastClip": len(CLIPS) - 1,
+    }  # fmt: skip
+    parameters = [word for name, value in values.items() for word in ("-p", f"{name}={value}")]
+    command = [openjd, "run", template, "--step", "Merge", "--run-dependencies", *parameters]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=500)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    for name in CLIPS:
+        assert same_as_at_once(out, tmp_path, name)

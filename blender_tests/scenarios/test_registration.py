@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turning the add-on off and on again."""
+"""Turning the add-on off and on again, updating it, a second copy of it, and what it tells of itself."""
 
 import importlib.util
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import urllib.parse
 import urllib.request
+import zipfile
 
 import bpy
 import pytest
@@ -194,3 +197,131 @@ def test_blender_without_a_window_starts_with_it_turned_on(tmp_path):
             "bpy.ops.wm.save_userpref()",
         )
     run("bpy.ops.mesh.primitive_monkey_add()", "assert bpy.ops.meanvalue.grab(vertex=0, pin=True) == {'FINISHED'}")
+
+
+# -- the same add-on installed twice, as an extension beside a legacy copy ---------------------------------------------
+
+
+FIRST = installed.PACKAGE
+SECOND = "meanvalue_copy"
+
+
+@pytest.fixture
+def second():
+    """A copy of the installed add-on, or of the extension, among the legacy add-ons; off."""
+    copy = pathlib.Path(bpy.utils.user_resource('SCRIPTS'), "addons", SECOND)
+    shutil.copytree(installed.folder(), copy)
+    yield SECOND
+    bpy.ops.preferences.addon_disable(module=SECOND)
+    shutil.rmtree(copy)
+    for name in [name for name in sys.modules if name.split(".")[0] == SECOND]:
+        del sys.modules[name]
+
+
+def homes():
+    """{class of ours: its module}"""
+    return {name: getattr(bpy.types, name).__module__ for name in dir(bpy.types) if name.startswith("MEANVALUE_")}
+
+
+def test_the_second_copy_is_refused_and_leaves_the_first(second):
+    before = homes()
+    with pytest.raises(RuntimeError, match=rf"Another copy of Mean-Value Deform is on \({FIRST}\)"):
+        bpy.ops.preferences.addon_enable(module=second)
+    assert bpy.ops.preferences.addon_disable(module=second) == {'FINISHED'}
+    assert homes() == before
+    steps.posed_grid(meshes.grid())
+    steps.solve()
+
+
+def test_turning_the_first_off_and_the_second_on(second):
+    assert bpy.ops.preferences.addon_disable(module=FIRST) == {'FINISHED'}
+    bpy.ops.preferences.addon_enable(module=second)
+    assert all(module.startswith(f"{second}.") for module in homes().values())
+    steps.posed_grid(meshes.grid())
+    steps.solve()
+    bpy.ops.preferences.addon_disable(module=second)
+    assert homes() == {}
+    assert bpy.ops.preferences.addon_enable(module=FIRST) == {'FINISHED'}
+
+
+# -- a newer version installed over one that is on and has been used ---------------------------------------------------
+
+
+NEWER = "9.9.9"
+
+
+@pytest.fixture
+def newer(tmp_path):
+    """The tested zip with a higher version, and a mark in a class of it. The tested one is put back after."""
+    path = tmp_path / "newer.zip"
+    with zipfile.ZipFile(installed.ZIP) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name.endswith("blender_manifest.toml"):
+                content = re.sub(rb'(?m)^version = ".*"', f'version = "{NEWER}"'.encode(), content)
+            elif name.endswith("baking/panel.py"):
+                content += f'\nMEANVALUE_PT_bake.MARK = "{NEWER}"\n'.encode()
+            new.writestr(name, content)
+    yield path
+    _install_over(installed.ZIP)
+    assert not hasattr(bpy.types.MEANVALUE_PT_bake, "MARK")
+
+
+def _install_over(path):
+    """As from the preferences: a legacy add-on is then off, an extension on."""
+    if installed.IS_EXTENSION:
+        bpy.ops.extensions.package_install_files(
+            filepath=str(path), repo=installed.REPOSITORY, enable_on_install=True, overwrite=True
+        )
+    else:
+        bpy.ops.preferences.addon_install(filepath=str(path), overwrite=True)
+        installed.enable()
+
+
+def test_updating_while_it_is_on(newer):
+    obj = steps.posed_grid(meshes.grid())
+    steps.solve()
+    before = registered()
+    _install_over(newer)
+    assert bpy.types.MEANVALUE_PT_bake.MARK == NEWER
+    assert registered() == before
+    assert obj.meanvalue.bound.is_bound
+    steps.solve()
+
+
+# -- Copy System Info: all that a report should say, and nothing of what the artist's things are called ----------------
+
+
+SECRET = "Zarquon"
+
+
+def told(capfd):
+    assert bpy.ops.meanvalue.copy_system_info() == {'FINISHED'}
+    return capfd.readouterr().out if bpy.app.background else bpy.context.window_manager.clipboard
+
+
+def test_a_posed_object_without_a_name_of_the_artists(native, tmp_path, capfd):
+    obj = steps.posed_grid(meshes.grid())
+    obj.name = f"{SECRET} body"
+    obj.vertex_groups["Tip"].name = f"{SECRET} tip"
+    obj.meanvalue.handles["Tip"].name = f"{SECRET} tip"
+    obj.modifiers.new(SECRET, 'SUBSURF')
+    steps.solve()
+    obj.meanvalue.roi_group = steps.add_group(obj, f"{SECRET} region", range(10, 25)).name
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / f"{SECRET}.blend"))
+    capfd.readouterr()
+    text = told(capfd)
+    assert SECRET not in text and str(tmp_path) not in text
+    for line in (f"Blender: {bpy.app.version_string}", "Vertices, edges, faces: 25, 40, 16", "Modifiers: SUBSURF",
+                 "Handles and pins, region: 2, True", "Method: fast", f"Solver: {native.__version__}"):  # fmt: skip
+        assert line in text, line
+
+
+@pytest.mark.parametrize("kind", ["none", "CAMERA", "MESH"])
+def test_it_works_wherever_one_is(kind, capfd):
+    if kind == "CAMERA":
+        bpy.ops.object.camera_add()
+    elif kind == "MESH":
+        meshes.grid()
+        bpy.ops.object.mode_set(mode='EDIT')
+    assert f"Active object: {kind}" in told(capfd)

@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import handles, meshes, steps
+from support.handles import BOTTOM, TOP, update
 from support.snapshot import assert_same, snapshot
 
 
@@ -148,3 +149,116 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path):
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
     steps.solve()
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
+
+
+# -- what was bound before is used again -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tube():
+    return meshes.tube(rings=30, segments=12)
+
+
+def test_a_handle_more_gives_what_a_fresh_session_gives(tube, part):
+    steps.list_anchors(tube, Low=range(12), High=range(348, 360))
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.add_pose_key(tube)
+    pose = tube.active_shape_key.name
+    steps.list_anchors(tube, Middle=[180])
+    steps.move(tube, [180], (0.3, 0.1, 0.0), tube.data.shape_keys.key_blocks[pose])
+    steps.solve()
+    again = steps.key_positions(tube, tube.meanvalue.result_key)
+    part("solver.session").cache.clear()
+    steps.solve()
+    assert np.array_equal(again, steps.key_positions(tube, tube.meanvalue.result_key))
+
+
+# -- a region of influence: only its vertices may move -----------------------------------------------------------------
+
+
+ARM = [6, 7, 8, 11, 12, 13, 16, 17, 18]
+OUTSIDE = [index for index in range(25) if index not in ARM]
+
+
+def pose_with_region(anchors=(12,)):
+    obj = meshes.grid()
+    steps.list_anchors(obj, Handle=anchors)
+    steps.add_group(obj, "Region", ARM)
+    obj.meanvalue.roi_group = "Region"
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.add_pose_key(obj)
+    steps.move(obj, anchors, (0.0, 0.0, 0.8))
+    steps.solve()
+    return obj
+
+
+def test_vertices_outside_keep_their_bits():
+    obj = pose_with_region()
+    rest, result = steps.key_positions(obj, "Basis"), steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(rest[OUTSIDE], result[OUTSIDE])
+    moved = np.abs(result - rest).max(axis=1)
+    assert (moved[ARM] > 0.01).all()
+
+
+def test_anchors_outside_the_region_go_to_their_targets():
+    obj = pose_with_region(anchors=(12, 24))
+    pose, result = steps.key_positions(obj, "Pose"), steps.key_positions(obj, "Mean-Value")
+    assert np.array_equal(pose[[12, 24]], result[[12, 24]])
+    rest = steps.key_positions(obj, "Basis")
+    others = [index for index in OUTSIDE if index != 24]
+    assert np.array_equal(rest[others], result[others])
+
+
+# -- Solve from Shape Key: the places of handles are those of a key, once ----------------------------------------------
+
+
+@pytest.fixture
+def posed():
+    """A tube without handles, with two vertex groups, and a key in which one of them was moved."""
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS)
+    steps.add_group(obj, "feet", BOTTOM)
+    steps.add_group(obj, "hand", TOP)
+    steps.add_pose_key(obj)
+    steps.move(obj, TOP, (1.0, 0.5, 0.0))
+    return obj
+
+
+def pin(obj, *groups):
+    for group in groups:
+        assert bpy.ops.meanvalue.add_handle(group=group, pin=True) == {'FINISHED'}
+
+
+def test_pins_go_where_the_key_has_them_and_the_key_is_not_added(posed):
+    pin(posed, "hand", "feet")
+    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
+    keys, shown = posed.data.shape_keys.key_blocks, meshes.seen(posed)
+    assert (keys["Pose"].value, keys["Mean-Value"].value) == (0.0, 1.0)
+    assert np.abs(shown[TOP] - steps.key_positions(posed, "Pose")[TOP]).max() < 1e-5
+    middle = slice(8 * handles.SEGMENTS, 9 * handles.SEGMENTS)
+    assert np.abs(shown - steps.key_positions(posed, "Basis"))[middle].max() > 0.1
+
+
+@pytest.mark.parametrize(
+    "groups, key, text", [(["hand", "feet"], "Smile", "no shape key 'Smile'"), ([], "", "no handles yet")]
+)
+def test_what_is_missing_is_told_before_anything_is_changed(posed, groups, key, text):
+    pin(posed, *groups)
+    before = snapshot(posed)
+    with steps.refused(text):
+        bpy.ops.meanvalue.solve_from_key(key=key)
+    assert_same(before, snapshot(posed))
+
+
+def test_nothing_follows_afterwards():
+    obj, control = handles.tube()
+    meshes.activate(obj)
+    steps.add_pose_key(obj)
+    steps.move(obj, TOP, (0.0, 1.0, 0.0))
+    assert bpy.ops.meanvalue.solve_from_key() == {'FINISHED'}
+    assert not obj.meanvalue.live
+    solved = meshes.seen(obj)
+    steps.move(obj, TOP, (0.0, 1.0, 0.0))
+    control.location.x += 1.0
+    update()
+    assert np.array_equal(meshes.seen(obj), solved)
+    assert np.abs(solved[TOP] - steps.key_positions(obj, "Basis")[TOP] - (0.0, 1.0, 0.0)).max() < 1e-5

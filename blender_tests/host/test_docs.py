@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Links and pictures of the documentation lead somewhere, in the repository and in the site: files and headings."""
+"""Links and pictures of the documentation lead somewhere, in the repository and in the site; its reference, lists and
+examples are what the sources say."""
 
+import importlib
 import pathlib
 import posixpath
 import re
 import sys
 import unicodedata
 
+import numpy as np
 import pytest
+
+from native.benchmarks import report_page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md"]
 SITE = ROOT / "packaging" / "site" / "mkdocs.yml"
+sys.path.insert(0, str(SITE.parent))
 
 
 def prose(text):
@@ -101,7 +107,6 @@ def test_the_site_fetches_nothing_from_elsewhere():
 
 
 def test_every_picture_has_what_makes_it():
-    sys.path.insert(0, str(SITE.parent))
     import guide_pictures
 
     made = {f"{name}.jpg" for name in guide_pictures.PICTURES} | set(guide_pictures.DEMOS) | guide_pictures.OTHERS
@@ -109,7 +114,6 @@ def test_every_picture_has_what_makes_it():
 
 
 def test_the_manual_in_the_add_on_is_whole():
-    sys.path.insert(0, str(SITE.parent))
     import manual_page
 
     files = manual_page.files()
@@ -121,3 +125,60 @@ def test_the_manual_in_the_add_on_is_whole():
                 assert not target or posixpath.normpath(posixpath.join(posixpath.dirname(name), target)) in files
             words = re.sub(r"<style>.*?</style>|<(code|pre)>.*?</\1>", "", text, flags=re.DOTALL)
             assert not re.search(r"\*|\]\(|`|^#|\|", words, re.MULTILINE), name
+
+
+# -- what is written from the sources ----------------------------------------------------------------------------------
+
+
+REFERENCE = DOCS / "reference"
+WRITTEN = {name: REFERENCE / f"{name}.md" for name in ("python", "cpp")}
+WRITTEN |= {"decisions": DOCS / "decisions" / "README.md", "jobs": REFERENCE / "jobs"}
+ADVICE = "it is not what the sources say: ./dev docs reference writes it anew"
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_the_page_is_what_the_sources_say(name):
+    module = importlib.import_module(f"{name}_page")
+    said = {f"{job}.md": text for job, text in module.pages().items()} if name == "jobs" else {"": module.page()}
+    assert said == {file: (WRITTEN[name] / file).read_text(encoding="utf-8") for file in said}, ADVICE
+
+
+def test_python_page_has_every_function_with_text():
+    import meanvalue
+
+    page = (REFERENCE / "python.md").read_text()
+    for name in vars(meanvalue):
+        assert name.startswith("_") or name == "baselines" or re.search(rf"(?m)^### {name}\b", page), name
+    for heading in re.findall(r"(?m)^#### (.*)$", page):
+        text = page.partition(f"#### {heading}\n")[2]
+        after = text.split("```")[2].strip()
+        is_plain = f"```python\n{heading}\n```" in text  # a constructor without arguments
+        assert is_plain or (after and not after.startswith("#")), f"{heading} has no docstring"
+
+
+def test_cpp_page_has_no_private_member():
+    page = (REFERENCE / "cpp.md").read_text()
+    assert "private:" not in page
+    for name in ("Deformer", "Morpher", "SliderFit", "Sequence", "Binding", "Execution", "InvalidInput", "share"):
+        assert re.search(rf"(?m)^### {name}$", page), name
+
+
+def test_the_first_example_poses_a_strip():
+    (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", (DOCS / "installing.md").read_text())
+    names = {}
+    exec(code, names)
+    vertices, posed, anchors = names["vertices"], names["posed"], names["anchors"]
+    assert np.array_equal(posed[anchors], names["targets"])
+    free = np.setdiff1d(np.arange(len(vertices)), anchors)
+    assert (posed[free, 2] > 0.0).any(), "nothing follows"
+
+    def lengths(positions):
+        """Of the edges along the strip, which the default method keeps."""
+        return np.linalg.norm(positions[2:] - positions[:-2], axis=1)
+
+    assert np.abs(lengths(posed) / lengths(vertices) - 1.0).max() < 0.25
+
+
+def test_every_benchmark_has_its_place():
+    scripts = pathlib.Path(report_page.__file__).parent.glob("bench_*.py")
+    assert {path.stem.removeprefix("bench_") for path in scripts} == {section.name for section in report_page.SECTIONS}

@@ -1,21 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""addon/core/capture/: damaged files end in a Take or in a MotionFileError, never in anything else.
-
-Random damage is what `./dev fuzz readers` does.
-"""
+"""Damaged files of every kind end in an error by name, or are read: the short lane of `./dev fuzz`, and every byte of
+small captures."""
 
 import tracemalloc
 
 import pytest
 
+pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
+
+from blender_tests.fuzz import driver
 from blender_tests.fuzz.motion_files import attempt, small_files
 
-pytestmark = pytest.mark.slow
+RUNS = 300
+#: Refused by their checksum, whatever is damaged. Few damaged files are none. (Chunks have bytes that say nothing.)
+CHECKED = ("bundle",)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", driver.NAMES)
+def test_damaged_files(name):
+    run, taken = driver.fuzz(name, RUNS)
+    assert run == RUNS and taken < RUNS
+    assert taken < 0.05 * RUNS if name in CHECKED else taken > 0.02 * RUNS
+
+
+# -- captures: a Take or a MotionFileError, never anything else --------------------------------------------------------
+
 
 #: The memory for a file: so many times its size, and what an empty one takes.
 MEMORY_FACTOR, MEMORY_AT_LEAST = 128, 2_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, content", small_files(), ids=lambda value: value if isinstance(value, str) else "")
 @pytest.mark.filterwarnings("error")
 def test_every_byte_of_a_small_file_replaced(name, content):
@@ -27,6 +43,7 @@ def test_every_byte_of_a_small_file_replaced(name, content):
     assert len(outcomes) > 1000 and any(outcomes) and not all(outcomes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, content", small_files(), ids=lambda value: value if isinstance(value, str) else "")
 @pytest.mark.filterwarnings("error")
 def test_a_small_file_cut_off_at_every_length(name, content):
@@ -72,6 +89,7 @@ def greedy_files():
 REFUSED = ("parameters.c3d", "labels.trc", "newlines.trc", "joints.bvh", "braces.bvh")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, content", greedy_files(), ids=lambda value: value if isinstance(value, str) else "")
 def test_memory_stays_below_the_size_times_a_constant(name, content):
     assert attempt(name, content) == (name not in REFUSED)
