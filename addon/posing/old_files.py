@@ -13,9 +13,9 @@ from .handle_properties import MEANVALUE_PG_handle
 _SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}
 
 
-def carry_over(objects):
-    """Makes of what older versions left in the settings of `objects` what there is now."""
-    for obj in objects:
+def carry_over(*objects):
+    """Makes of what older versions left in the settings of `objects`, or of all, what there is now."""
+    for obj in objects or bpy.data.objects:
         settings = obj.meanvalue
         to_do = MIGRATIONS[settings.version :] if subject.object_problem(obj) is None else ()
         stored = compat.stored(obj) if to_do else None

@@ -16,17 +16,11 @@ def _unregister():
     grab_tool.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
-    overlay.forget()
-    _forget()
-    orphans.forget()
-
-
-def _carry_over():
-    old_files.carry_over(bpy.data.objects)
+    for forget in (overlay.forget, *ROOM.forget, orphans.forget):
+        forget()
 
 
 def _remove_orphans():
-    controls.forget_moved_meshes()
     if orphans.found() and not bpy.app.background and not bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.register(orphans.remove, first_interval=0.0)
 
@@ -36,13 +30,6 @@ def _remove_deleted():
     for obj in bpy.data.objects:
         if subject.object_problem(obj) is None and not obj.data.is_editmode:
             controls.remove_deleted(obj)
-
-
-def _forget():
-    controls.forget_moved_meshes()
-    tool_choice.forget_hover()
-    overlay_data.clear()
-    orphans.note()
 
 
 ROOM = Room(
@@ -69,9 +56,9 @@ ROOM = Room(
         (bpy.types.VIEW3D_MT_edit_mesh, menus.meanvalue_draw_edit_mesh_menu),
     ],
     scene_updated=[tool_choice.forget_hover],  # it may be of another shape
-    objects_changed=[_remove_orphans, _carry_over],
-    chosen=[controls.note_active, lambda active: old_files.carry_over([active])],
-    another_file=[orphans.forget, _carry_over],
+    objects_changed=[controls.forget_moved_meshes, _remove_orphans, old_files.carry_over],
+    chosen=[controls.note_active, old_files.carry_over],
+    another_file=[orphans.forget, old_files.carry_over],
     about_to_save=[_remove_deleted],
-    forget=[_forget],
+    forget=[controls.forget_moved_meshes, tool_choice.forget_hover, overlay_data.clear, orphans.note],
 )

@@ -20,8 +20,6 @@ RIGHT_ANGLE = 1e-5
 #: Modifiers above a Mirror that leave the vertices where they are. A Mesh Cache stands for the pose below it.
 KEEPING = rig_space.HARMLESS | {'MESH_CACHE'}
 
-AXES = 'XYZ'
-
 
 class Plane(NamedTuple):
     """In object space. row: unit normal and distance; reach: a vertex no farther from it is merged with its image."""
@@ -50,10 +48,21 @@ def images(obj):
     return found
 
 
-def gather(obj, rest, corners, starts):
-    """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError."""
-    planes, joined = _seams(obj, rest, corners, starts)
-    symmetric = _symmetry(obj, planes)
+def seams(obj, rest, corners, starts, shapes=(), is_posed=True):
+    """(planes, twins) of a BindInput, (None, None) for none; rest, corners, starts as there. @throws SceneError.
+
+    shapes: n x 3 each; a vertex that leaves the plane of a Mirror modifier in one of them is in no seam.
+    is_posed: Symmetric counts too.
+    """
+    planes, joined = [], []
+    for plane in _read(obj)[0]:
+        far = max(plane.reach, IN_PLANE * point_sets.bounding_box_diagonal(rest))
+        apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
+        seam = np.logical_and.reduce([each <= far for each in apart])
+        if whole_mesh.is_a_border(seam, corners, starts):
+            planes.append(plane.row)
+            joined.append(np.where(seam, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
+    symmetric = _symmetry(obj, planes) if is_posed else None
     if symmetric is not None:
         across = partners(obj, rest)
         missing = np.count_nonzero(across < 0)
@@ -67,26 +76,6 @@ def gather(obj, rest, corners, starts):
         planes.append(symmetric)
         joined.append(across)
     return (np.array(planes), np.array(joined)) if planes else (None, None)
-
-
-def doubling(obj, rest, corners, starts, shapes=()):
-    """As gather(), of Mirror modifiers alone: Symmetric is for poses. shapes: n x 3 each; a vertex that leaves the
-    plane in one of them is in no seam."""
-    planes, joined = _seams(obj, rest, corners, starts, shapes)
-    return (np.array(planes), np.array(joined)) if planes else (None, None)
-
-
-def _seams(obj, rest, corners, starts, shapes=()):
-    """([row of each plane of Mirror modifiers], [n int32: itself for vertices in the plane in all shapes, else -1])."""
-    planes, joined = [], []
-    for plane in _read(obj)[0]:
-        far = max(plane.reach, IN_PLANE * point_sets.bounding_box_diagonal(rest))
-        apart = (np.abs(shape.astype(np.float64) @ plane.row[:3] - plane.row[3]) for shape in (rest, *shapes))
-        seam = np.logical_and.reduce([each <= far for each in apart])
-        if whole_mesh.is_a_border(seam, corners, starts):
-            planes.append(plane.row)
-            joined.append(np.where(seam, np.arange(len(rest), dtype=np.int32), np.int32(-1)))
-    return planes, joined
 
 
 def partners(obj, rest):
@@ -158,7 +147,7 @@ def _is_square(first, second):
 
 
 def _symmetric_row(obj):
-    return (*(float(obj.meanvalue.symmetric == each) for each in AXES), 0.0)
+    return (*(float(obj.meanvalue.symmetric == each) for each in 'XYZ'), 0.0)
 
 
 def _symmetry(obj, planes):

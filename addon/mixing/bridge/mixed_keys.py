@@ -114,7 +114,7 @@ def gather(obj):
     rest, shapes = parts["rest"], parts["points"]
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
     copies = welding.together(kept.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
-    planes, twins = mirrors.doubling(obj, rest, *faces, shapes.values())
+    planes, twins = mirrors.seams(obj, rest, *faces, shapes.values(), is_posed=False)
     triangles = mesh_arrays.triangles(obj.data, rest)
     return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
 

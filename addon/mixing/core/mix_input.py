@@ -16,7 +16,7 @@ class MixInput(KeyShapes):
     """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32.
 
     copies: n int as of scene/kept.py, of those that stay together in all shapes; planes, twins: as of
-    mirrors.doubling(); None for none.
+    mirrors.seams(); None for none.
     """
 
     triangles: np.ndarray = None

@@ -40,7 +40,7 @@ def sliders(keys):
     return tuple(Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group) for key in keys)
 
 
-def gather(obj):
+def shown_by(obj):
     """The KeyShapes of `obj`, or None where it is posed like nothing. @throws SceneError."""
     like = obj.meanvalue.pose_like
     if like == ids.LIKE_NOTHING:

@@ -77,9 +77,10 @@ class Surface:
         """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do."""
         return self._of_mesh(self._ways.falloff(self._seeds, limit, free))
 
-    def limb(self, least, limit):
-        """How far the limb goes that the first seed is on, up to the body; 0 where there is none of such a length."""
-        return self._ways.limb(int(self._seeds[0]), least, limit)
+    def limb(self, least):
+        """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is
+        none of at least such a length."""
+        return self._ways.limb(int(self._seeds[0]), least, LONGEST_LIMB * self.diagonal) / self.diagonal
 
     def _of_mesh(self, values):
         """Values of the merged vertices, given to all copies of each."""
@@ -128,13 +129,6 @@ def radius(obj, size):
 def shown_size(obj):
     """The diagonal of the mesh's box with its modifiers: quick to get, for what is only shown."""
     return float(np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0)))
-
-
-def suggested_size(obj, vertex, least=0.0):
-    """The Size of the limb of a length of at least `least` that has the vertex, up to the body; None where it is on
-    none."""
-    surface = Surface(obj, [vertex])
-    return surface.limb(least, LONGEST_LIMB * surface.diagonal) / surface.diagonal or None
 
 
 def around(obj, *handles):

@@ -62,7 +62,7 @@ def read(obj, to_bind=True):
     anchors, handle_numbers = anchor_layout(held)
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
-    planes, twins = mirrors.gather(obj, rest, corners, starts)
+    planes, twins = mirrors.seams(obj, rest, corners, starts)
     copies = kept.copies(obj, rest)
     freedom = effective_region(freedom, copies, None if twins is None else twins[-1])
     roi = freedom > 0.0
@@ -92,7 +92,7 @@ def read(obj, to_bind=True):
         border_strengths=border_strengths,
         loose=settings.loose_parts,
         copies=copies,
-        examples=examples.gather(obj) if to_bind else None,
+        examples=examples.shown_by(obj) if to_bind else None,
     )
     if to_bind:
         welding.require_no_more_than_seams(rest, corners, starts, settings.merge_distance)

@@ -6,7 +6,7 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 
 from ... import ids, wording
-from ...errors import MeanValueError, SceneError
+from ...errors import MeanValueError, SceneError, require_none
 from ...live import engine
 from ...scene import selection, subject
 from ...widgets import picking
@@ -85,7 +85,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         try:
             if context.mode != 'OBJECT':
                 raise SceneError("Grab works in Object Mode. Go back to Object Mode")
-            obj = pressing.find_object(context, self.object_name)
+            obj = context.view_layer.objects.get(self.object_name) if self.object_name else subject.of(context)
+            require_none(subject.object_problem(obj) or subject.mode_problem(obj))
             if self.handle not in obj.meanvalue.handles:
                 picking.require_vertex(obj, self.vertex)
             if self.pin:

@@ -90,11 +90,16 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             obj.update_from_editmode()
         self.from_selection = self.from_selection or (is_editing and not self.group)
         name, members = self._members(obj)
-        if not self.pin:
-            self._require_usable(obj, members)
+        if not self.pin:  # these throw before anything is changed
+            if self.size > 0.0:
+                region.require_own_group(obj)
+            require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
+            shown = shape_keys.result_positions(obj)
+            if shown is not None:
+                require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
         selection.leave_edit_mode(obj)
         if not self.pin:
-            rig_space.measure(obj)  # throws before anything is changed
+            rig_space.measure(obj)
         kind = ids.PIN_NAME if self.pin else ids.HANDLE_NAME
         handle = new_handles.add_handle(obj, members, group=name, name=self.name, kind=kind)
         count = wording.vertices(len(np.unique(members)))
@@ -109,15 +114,6 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         except SceneError as problem:  # there is more to do before it can be posed
             return message, [str(problem)]
         return message, []
-
-    def _require_usable(self, obj, members):
-        """@throws SceneError before anything is changed."""
-        if self.size > 0.0:
-            region.require_own_group(obj)
-        require_finite(shape_keys.rest_positions(obj.data)[members], "handle in the rest shape")
-        shown = shape_keys.result_positions(obj)
-        if shown is not None:
-            require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
 
     def _equip(self, obj, handle, members):
         is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)

@@ -4,20 +4,13 @@
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ...errors import SceneError, require_none
+from ...errors import SceneError
 from ...scene import subject, views
 from ...widgets import picking
 from ..bridge import control_places, targets
 
 #: A press so near to a control, in pixels at interface scale 1, is meant for it, wherever the surface is.
 CONTROL_PIXELS = 12.0
-
-
-def find_object(context, name):
-    """The object `name`, or the active one. @throws SceneError if there is none that can be worked on."""
-    obj = context.view_layer.objects.get(name) if name else subject.of(context)
-    require_none(subject.object_problem(obj) or subject.mode_problem(obj))
-    return obj
 
 
 def find_view(context):

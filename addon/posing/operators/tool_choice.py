@@ -52,7 +52,7 @@ def size_at(context, obj, pressed):
         return settings(context).size
     shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
-    return region.suggested_size(obj, pressed.vertex, LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
+    return region.Surface(obj, [pressed.vertex]).limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
 
 
 def choose(context):

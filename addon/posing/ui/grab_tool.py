@@ -56,17 +56,27 @@ def meanvalue_draw_status(header, context):
 
 def register():
     """Not without a window: Blender has no keymap then when it turns on the add-ons of the preferences."""
-    _register_keymap()
+    setattr(bpy.types.Scene, LIVE, bpy.props.BoolProperty(name="Live", get=_is_live, set=_turn_live))
     if not bpy.app.background:
         bpy.utils.register_tool(MeanValueGrabTool, after={"builtin.transform"}, separator=True)
         bpy.types.STATUSBAR_HT_header.prepend(meanvalue_draw_status)
+    keyconfig = bpy.context.window_manager.keyconfigs.addon
+    for name, operator, properties, key, modifiers in () if keyconfig is None else SHORTCUTS:
+        keymap = keyconfig.keymaps.new(name=name)
+        item = keymap.keymap_items.new(operator, key, 'PRESS', **modifiers)
+        _made.append((keymap, item))
+        for each, value in properties.items():
+            setattr(item.properties, each, value)
 
 
 def unregister():
     if not bpy.app.background:
         bpy.types.STATUSBAR_HT_header.remove(meanvalue_draw_status)
         bpy.utils.unregister_tool(MeanValueGrabTool)
-    _unregister_keymap()
+    delattr(bpy.types.Scene, LIVE)
+    while _made:
+        keymap, item = _made.pop()
+        keymap.keymap_items.remove(item)
 
 
 #: For wm.context_toggle: Live of the mesh that is worked on, also while one of its controls is the active object.
@@ -92,23 +102,3 @@ def _turn_live(_scene, is_on):
     obj = subject.of(bpy.context)
     if subject.object_problem(obj) is None and (obj.meanvalue.handles or not is_on):
         obj.meanvalue.live = is_on
-
-
-def _register_keymap():
-    setattr(bpy.types.Scene, LIVE, bpy.props.BoolProperty(name="Live", get=_is_live, set=_turn_live))
-    keyconfig = bpy.context.window_manager.keyconfigs.addon
-    if keyconfig is None:  # in the background
-        return
-    for name, operator, properties, key, modifiers in SHORTCUTS:
-        keymap = keyconfig.keymaps.new(name=name)
-        item = keymap.keymap_items.new(operator, key, 'PRESS', **modifiers)
-        _made.append((keymap, item))
-        for each, value in properties.items():
-            setattr(item.properties, each, value)
-
-
-def _unregister_keymap():
-    delattr(bpy.types.Scene, LIVE)
-    while _made:
-        keymap, item = _made.pop()
-        keymap.keymap_items.remove(item)

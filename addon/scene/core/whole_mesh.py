@@ -23,7 +23,7 @@ def turned(vectors, matrix):
 
 
 def of(rest, copies=None, planes=None, twins=None):
-    """The whole of n x 3 `rest`; copies: as of scene/kept.py; planes, twins: as of mirrors.gather()."""
+    """The whole of n x 3 `rest`; copies: as of scene/kept.py; planes, twins: as of mirrors.seams()."""
     return PlainMesh(rest) if copies is None and planes is None else WholeMesh(rest, copies, planes, twins)
 
 

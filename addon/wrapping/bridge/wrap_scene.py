@@ -75,7 +75,7 @@ def gather(obj, target):
     shape, triangles = _shown(target)
     pairs = obj.meanvalue.wrap.pairs
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.doubling(obj, rest, *faces))
+    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
     picked, points = np.array([pair.vertex for pair in pairs], np.int32), np.array([pair.place for pair in pairs])
     if picked.max(initial=0) < len(rest):  # check() tells of others
         to_own = np.linalg.inv(to_world) @ subject.to_world(target)
