@@ -10,7 +10,6 @@
 #include "bindings/task.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/mesh/border_edges.h"
 #include "meanvalue/mesh/same_places.h"
 #include "meanvalue/mesh/surface_ways.h"
 #include "meanvalue/mesh/triangle_tree.h"

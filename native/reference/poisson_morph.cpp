@@ -11,7 +11,7 @@
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"
-#include "meanvalue/mesh/triangle_mesh.h"
+#include "meanvalue/mesh/one_ring.h"
 
 namespace meanvalue::baselines {
 namespace {

@@ -1,10 +1,9 @@
-#include "meanvalue/mesh/border_edges.h"
-
 #include <algorithm>
 #include <map>
 #include <random>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/mesh/same_places.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

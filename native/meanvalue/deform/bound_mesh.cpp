@@ -17,7 +17,6 @@
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
-#include "meanvalue/mesh/triangle_mesh.h"
 #include "meanvalue/optimise/ring_limit.h"
 #include "meanvalue/paper/full_decoder.h"
 #include "meanvalue/paper/paper_decoder.h"

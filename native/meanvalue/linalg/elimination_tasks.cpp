@@ -87,18 +87,25 @@ std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
     return tasks;
 }
 
-/// What the workers of one run share; all under the mutex.
-struct TaskRunner::Shared {
-    const std::vector<EliminationTask>& tasks;
-    std::vector<Job>& ready;
-    std::vector<Index>& unfinished_children;
-    std::size_t unfinished;
-    bool stopped = false;
+void run_tasks(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution,
+               const std::function<void(Index, int)>& up, const std::function<void(Index, int)>& down) {
+    struct Job {
+        Index task;
+        bool is_down;
+    };
+    // All under the mutex.
     std::mutex mutex;
     std::condition_variable changed;
-
-    /// Makes ready what waited for `job`.
-    void finish(const Job& job) {
+    std::size_t unfinished = 2 * tasks.size();
+    std::vector<Index> unfinished_children;
+    std::vector<Job> ready;  // a stack
+    ready.reserve(tasks.size());
+    unfinished_children.reserve(tasks.size());
+    for (std::size_t t = 0; t < tasks.size(); ++t) {
+        unfinished_children.push_back(static_cast<Index>(tasks[t].children.size()));
+        if (tasks[t].children.empty()) ready.push_back({static_cast<Index>(t), false});
+    }
+    const auto finish = [&](const Job& job) {
         --unfinished;
         const EliminationTask& task = tasks[job.task];
         if (job.is_down) {
@@ -109,47 +116,25 @@ struct TaskRunner::Shared {
         } else if (--unfinished_children[task.parent] == 0) {
             ready.push_back({task.parent, false});
         }
-    }
-
-    void work(int worker, const Execution& execution, const Work& up, const Work& down) {
+    };
+    run_workers(std::min(threads, static_cast<int>(std::max<std::size_t>(tasks.size(), 1))), [&](int worker) {
         std::unique_lock<std::mutex> lock(mutex);
-        while (true) {
-            changed.wait(lock, [&] { return stopped || unfinished == 0 || !ready.empty(); });
-            if (stopped || unfinished == 0) return;
+        while (changed.wait(lock, [&] { return unfinished == 0 || !ready.empty(); }), unfinished > 0) {
             const Job job = ready.back();
             ready.pop_back();
             lock.unlock();
-            execution.check();
-            (job.is_down ? down : up)(job.task, worker);
+            try {
+                execution.check();
+                (job.is_down ? down : up)(job.task, worker);
+            } catch (...) {
+                lock.lock();
+                unfinished = 0;  // for the others
+                changed.notify_all();
+                throw;
+            }
             lock.lock();
-            finish(job);
+            if (unfinished > 0) finish(job);
             changed.notify_all();
-        }
-    }
-
-    void stop() {
-        const std::lock_guard<std::mutex> lock(mutex);
-        stopped = true;
-        changed.notify_all();
-    }
-};
-
-void TaskRunner::run(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution,
-                     const Work& up, const Work& down) {
-    ready_.clear();
-    ready_.reserve(tasks.size());
-    unfinished_children_.resize(tasks.size());
-    Shared shared{tasks, ready_, unfinished_children_, 2 * tasks.size(), false, {}, {}};
-    for (std::size_t t = 0; t < tasks.size(); ++t) {
-        unfinished_children_[t] = static_cast<Index>(tasks[t].children.size());
-        if (tasks[t].children.empty()) ready_.push_back({static_cast<Index>(t), false});
-    }
-    run_workers(std::min(threads, static_cast<int>(std::max<std::size_t>(tasks.size(), 1))), [&](int worker) {
-        try {
-            shared.work(worker, execution, up, down);
-        } catch (...) {
-            shared.stop();
-            throw;
         }
     });
 }

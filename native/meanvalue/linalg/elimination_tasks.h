@@ -29,22 +29,8 @@ std::vector<EliminationTask> cut_into_tasks(const std::vector<Index>& parents,
 /// of all above it, with as many calls at the same time as there are threads. Which worker calls, and in what order
 /// the calls come, must not matter to the result.
 /// @param threads as given by thread_count(); `worker` is less. @throws Cancelled, or what the functions throw.
-class TaskRunner {
-  public:
-    using Work = std::function<void(Index task, int worker)>;
-
-    void run(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution, const Work& up,
-             const Work& down);
-
-  private:
-    struct Job {
-        Index task;
-        bool is_down;
-    };
-    struct Shared;
-
-    std::vector<Job> ready_;  // a stack; kept, so that a run allocates nothing but its threads
-    std::vector<Index> unfinished_children_;
-};
+void run_tasks(const std::vector<EliminationTask>& tasks, int threads, const Execution& execution,
+               const std::function<void(Index task, int worker)>& up,
+               const std::function<void(Index task, int worker)>& down);
 
 }  // namespace meanvalue

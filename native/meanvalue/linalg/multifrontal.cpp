@@ -195,7 +195,7 @@ bool factor_fronts(const SupernodalPattern& pattern, SparseMatrix lower, const F
             fronts.eliminate(s, workers[worker]);
     };
     try {
-        TaskRunner().run(tasks, threads, execution, eliminate, [](Index, int) {});
+        run_tasks(tasks, threads, execution, eliminate, [](Index, int) {});
     } catch (const NotPositiveDefinite&) {
         return false;
     }

@@ -193,7 +193,7 @@ void CholeskyFactor<Number>::solve(const PositionsView& right_hand_sides, Eigen:
             blocks.resize(3 * analysis_->most_blocks);
     }
     workspace.scale = scale_of(right_hand_sides);
-    workspace.runner.run(
+    run_tasks(
         analysis_->tasks, workers, execution,
         [&](Index task, int worker) { forward(right_hand_sides, task, worker, execution, workspace); },
         [&](Index task, int worker) { backward(solution, task, worker, execution, workspace); });

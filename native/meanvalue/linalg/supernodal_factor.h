@@ -30,7 +30,6 @@ class CholeskyFactor {
     struct Workspace {
         Number* row(Index place) { return rows.data() + static_cast<std::size_t>(place) * kStride; }
 
-        TaskRunner runner;
         std::vector<Number> rows;
         std::vector<std::vector<Lanes<Number>>> blocks;  ///< one a worker
         double scale = 1.0;                              ///< of the right-hand sides

@@ -1,4 +1,4 @@
-// The one-ring of every vertex, in the order that the encoding needs it.
+// The one-ring of every vertex, in the order that the encoding needs it. Its .cpp alone knows of OpenMesh.
 #pragma once
 
 #include <vector>
@@ -37,10 +37,14 @@ struct OneRings {
     const Index* end(Index vertex) const { return vertices.data() + offsets[vertex + 1]; }
 };
 
+/// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice.
+void require_triangles(Index vertex_count, const TrianglesView& faces);
+
 /// The ring of every vertex, counter-clockwise seen from outside. Any set of triangles is accepted: where a triangle
 /// does not fit a manifold (a third one on an edge, one turned inside out, a duplicate), it is a fan of its own at
-/// its corners. @param faces m x 3. @throws InvalidInput where a number is outside [0, vertex_count) or a triangle
-/// names a vertex twice; Cancelled. Cost: linear.
+/// its corners, or left out where all of these have closed ones, which are larger. @param faces m x 3. @throws
+/// InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice; Cancelled. Cost:
+/// linear.
 OneRings collect_one_rings(Index vertex_count, const TrianglesView& faces, const Execution& execution);
 
 }  // namespace meanvalue

@@ -1,6 +1,7 @@
-// Which points are as good as one: in one place, or nearly.
+// Which points are as good as one: in one place, or nearly; where a surface ends, and where it goes on all the same.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -13,5 +14,16 @@ namespace meanvalue {
 /// in steps to others, so that the cost is that of sorting.
 /// @param points n x 3; distance at least 0, in their units. @throws InvalidInput, Cancelled.
 std::vector<Index> first_of_place(const PositionsView& points, double distance, const Execution& execution);
+
+/// The edges that one face alone has, the lower vertex first, ascending.
+/// @param corners vertices of faces, of `count`, one face after another. @param starts where each begins in it.
+/// @throws InvalidInput, Cancelled.
+std::vector<std::pair<Index, Index>> border_edges(Index count, const std::vector<Index>& corners,
+                                                  const std::vector<Index>& starts, const Execution& execution);
+
+/// For each vertex the lowest that it is one with, no double's if it can: those of borders in one place are, and a
+/// double: a piece from there on that lies on others with all its vertices. What is given is as of the others.
+std::vector<Index> first_of_seams(const PositionsView& points, const std::vector<Index>& corners,
+                                  const std::vector<Index>& starts, double distance, const Execution& execution);
 
 }  // namespace meanvalue
