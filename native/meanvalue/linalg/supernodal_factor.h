@@ -51,7 +51,7 @@ class CholeskyFactor {
     bool factorise(SparseMatrix lower, const Execution& execution, int threads = 1);
 
     /// x in matrix * x = right_hand_sides, for three right-hand sides; a workspace that was used before allocates
-    /// nothing.
+    /// little.
     /// @param right_hand_sides n x 3. @param solution n x 3; may be the same memory.
     /// @param threads as given by thread_count(); small systems take fewer.
     /// @throws Cancelled; `solution` is then half written. @pre factorise() returned true, the last time.
