@@ -312,8 +312,30 @@ def test_bones_that_move_as_one_are_one_segment(name):
 def test_limbs_are_where_one_segment_has_most_of_the_weight():
     vertices = np.arange(4)
     upper, twist, lower = np.array([(0.5, 0.3, 0.6, 0.0), (0.5, 0.3, 0.2, 0.0), (0.0, 0.6, 0.2, 0.0)])
-    found = joints.by_weights(4, [[(vertices, upper), (vertices, twist)], [(vertices, lower)]])
+    of_bones = {"upper": [(vertices, upper), (vertices, twist)], "lower": [(vertices, lower)]}
+    found = joints.by_weights(np.zeros((4, 3)), of_bones)
     assert found[0] == joints.STIFF and found[1] == found[3] == 1.0 and 10.0 < found[2] < 25.0
+
+
+def test_a_bent_joint_goes_on_as_it_is_bent_and_a_straight_one_as_it_is_told():
+    forward, top, bottom = np.array((0.0, -1.0, 0.2)), np.array((0.0, 0.0, 2.0)), np.zeros(3)
+    for x, y, told, way in (
+        (0.0, 0.0, forward, (0, -1, 0)),
+        (0.0, 0.3, forward, (0, 1, 0)),
+        (0.3, 0.0, None, (1, 0, 0)),
+    ):
+        along, found = joints.hinge(top, np.array((x, y, 1.0)), bottom, told)
+        assert np.allclose(along, (0, 0, -1)) and np.allclose(found, way)
+    assert joints.hinge(top, np.array((0.0, 0.0, 1.0)), bottom, None) is None
+    assert joints.hinge(top, np.array((0.0, 0.0, 1.0)), bottom, top) is None
+
+
+def test_knees_and_elbows_are_known_by_their_names():
+    parents = {"spine": "", "thigh.L": "spine", "shin.L": "thigh.L", "foot.L": "shin.L", "toe.L": "foot.L"}
+    parents |= {"upper_arm.L": "spine", "forearm.L": "upper_arm.L", "hand.L": "forearm.L", "forefoot.L": "hand.L"}
+    found = {lower: (upper, end) for upper, lower, end in segments.hinges(parents, segments.of(parents))}
+    assert found == {"shin.L": ("thigh.L", "foot.L"), "forearm.L": ("upper_arm.L", "hand.L")}
+    assert segments.is_arm("forearm.L") and not segments.is_arm("shin.L")
 
 
 def test_kept_poses_tell_where_a_limb_bends():

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_tubes, handles, meshes, rigs, steps
+from support import armatures, baking, bent_tubes, handles, meshes, rigs, steps
 from support.installed import part
 
 RINGS = np.arange(rigs.RINGS * rigs.SEGMENTS).reshape(rigs.RINGS, -1)
@@ -106,3 +106,79 @@ def test_kept_poses_tell_from_two_on():
     found = part("posing.bridge.scene_input").gather(obj)
     assert found.bends == "Bends as 2 kept poses do"
     assert found.stiffness[RINGS[8]].mean() < 12.0 and found.stiffness[RINGS[[1, 2, 14, 15]]].min() > 25.0
+
+
+#: Bones of the upper and the lower half of a limb and of what hangs on it, by well-known names.
+LEGS = {
+    "MakeHuman": ("upperleg01.L", "lowerleg01.L", "foot.L"),
+    "Rigify": ("DEF-thigh.L", "DEF-shin.L", "DEF-foot.L"),
+    "Rigify horse": ("thigh.L", "lower_leg.L", "hind_foot.L"),
+    "Mixamo": ("mixamorig:LeftUpLeg", "mixamorig:LeftLeg", "mixamorig:LeftFoot"),
+    "VRM": ("J_Bip_L_UpperLeg", "J_Bip_L_LowerLeg", "J_Bip_L_Foot"),
+}
+ARMS = {
+    "MakeHuman": ("upperarm01.L", "lowerarm01.L", "wrist.L"),
+    "Rigify": ("DEF-upper_arm.L", "DEF-forearm.L", "DEF-hand.L"),
+    "Rigify horse": ("upper_arm.L", "forearm.L", "forefoot.L"),
+    "Mixamo": ("mixamorig:LeftArm", "mixamorig:LeftForeArm", "mixamorig:LeftHand"),
+    "VRM": ("J_Bip_L_UpperArm", "J_Bip_L_LowerArm", "J_Bip_L_Hand"),
+}
+
+
+def limb(bones, foot=None):
+    """(mesh object, control of its lower end): a straight limb along z, pinned at its top; the figure looks to -y.
+
+    foot: the name of a bone that tells so, where none of the limb's does.
+    """
+    upper, lower, end = bones
+    joint, bottom, toe = (0.0, 0.0, rigs.ELBOW), (0.0, 0.0, 0.6), (0.0, -1.0, 0.3)
+    obj = meshes.tube(rigs.RINGS, rigs.SEGMENTS, "Limb")
+    armature = armatures.make(
+        **{upper: ((0.0, 0.0, rigs.LENGTH), joint), lower: (joint, bottom, upper)},
+        **{end: (bottom, (0.0, 0.0, 0.0) if foot else toe, lower)},
+        **({foot: (bottom, toe)} if foot else {}),
+    )
+    meshes.activate(obj)
+    height = np.array([vertex.co.z for vertex in obj.data.vertices])
+    above, tips = np.clip((height - 4.2) / 1.2, 0.0, 1.0), np.clip((0.9 - height) / 0.6, 0.0, 1.0)
+    for bone, weights in ((upper, above), (lower, 1.0 - above - tips), (end, tips)):
+        steps.add_weights(obj, bone, weights)
+    obj.modifiers.new("Armature", 'ARMATURE').object = armature
+    handles.update()
+    rigs.pin(obj, "Hip", rigs.TOP)
+    return obj, rigs.handle(obj, "Foot", rigs.BOTTOM)
+
+
+@pytest.mark.parametrize("is_arm", [False, True])
+@pytest.mark.parametrize("name", LEGS)
+def test_a_straight_knee_goes_forward_and_an_elbow_back(name, is_arm, tmp_path):
+    """In a drag, settled, in a bake, and from rest in the file that is loaded again."""
+    obj, control = limb((ARMS if is_arm else LEGS)[name], LEGS[name][2] if is_arm else None)
+
+    def require_bent(shape):
+        x, y, _z = shape[RINGS[7:10]].reshape(-1, 3).mean(axis=0)
+        assert (y if is_arm else -y) > 2.0 and abs(x) < 0.2
+
+    control.keyframe_insert("location", frame=1)
+    for _ in range(8):
+        handles.move(control, (0.0, 0.0, 0.4))
+    require_bent(handles.shown(obj))
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    settled = handles.shown(obj)
+    require_bent(settled)
+    control.keyframe_insert("location", frame=5)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 5
+    path = tmp_path / "limb.pc2"
+    baking.bake(path=str(path))
+    require_bent(baking.rows(path)[-1])
+    bpy.ops.meanvalue.unbake()
+    obj.meanvalue.live = False
+    baking.save(tmp_path)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.context.scene.frame_set(5)
+    obj = bpy.data.objects["Limb"]
+    meshes.activate(obj)
+    assert bpy.ops.meanvalue.bind() == {'FINISHED'} and bpy.ops.meanvalue.solve() == {'FINISHED'}
+    require_bent(handles.shown(obj))
+    assert np.abs(handles.shown(obj) - settled).max() < 1e-3 * rigs.size(obj)

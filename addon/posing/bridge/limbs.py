@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a mesh bends (Bend At): from its rig's weights, its kept poses or a painted group to how much lengths count."""
 
+import numpy as np
+
 from ... import compat, ids, wording
 from ...scene import kept, key_marks, key_reading, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
@@ -39,7 +41,7 @@ def read(obj, rest, corners, starts):
     """(n float64 or None where it bends everywhere, KeyShapes that this is of or None, words for what is found)."""
     settings = obj.meanvalue
     if settings.bend_at == ids.BEND_RIG:
-        factors, text = _at_rig(obj)
+        factors, text = _at_rig(obj, rest)
         return factors, None, text
     if settings.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
@@ -49,22 +51,39 @@ def read(obj, rest, corners, starts):
     return None, None, ""
 
 
-def _at_rig(obj):
+def _at_rig(obj, rest):
     """(factors or None, words)."""
     bones, parents = _weighted_bones(obj), {}
     for rig in _rigs(obj):
         parents.update({bone.name: bone.parent.name if bone.parent else "" for bone in rig.data.bones})
     weights = vertex_groups.read(obj, bones)
     of_bone, found = segments.of(parents), {}
-    for bone in bones:
+    for bone in sorted(bones):
         if len(weights[bone][0]):
-            found.setdefault(of_bone[bone], []).append(bone)
+            found.setdefault(of_bone[bone], []).append(weights[bone])
     if not found:
         return None, "No bone of a rig has weights here: it bends everywhere"
-    count = len(obj.data.vertices)
-    factors = joints.by_weights(count, [[weights[bone] for bone in each] for each in found.values()])
+    factors = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
     told = wording.counted(segments.joint_count(parents, of_bone, found), "joint")
     return factors, f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
+
+
+def _hinges(obj, parents, of_bone, found):
+    """Of knees and elbows, as of joints.by_weights()."""
+    places, feet = {}, []
+    for rig in _rigs(obj):
+        to_mesh = np.array(obj.matrix_world.inverted_safe() @ rig.matrix_world)[:3, :3]
+        places.update({bone.name: to_mesh @ bone.head_local for bone in rig.data.bones})
+        for bone in filter(lambda bone: segments.is_foot(bone.name), rig.data.bones):
+            toe = bone.children[0].head_local if bone.children else bone.tail_local
+            feet.append(to_mesh @ (toe - bone.head_local))
+    forward, hinges = np.sum(feet, axis=0) if feet else None, []
+    for upper, lower, end in segments.hinges(parents, of_bone):
+        way = forward if forward is None or not segments.is_arm(lower) else -forward
+        told = joints.hinge(places[upper], places[lower], places[end], way)
+        if told is not None and {of_bone[upper], of_bone[lower]} <= found.keys():
+            hinges.append((of_bone[upper], of_bone[lower], *told))
+    return hinges
 
 
 def _at_poses(obj, rest, corners, starts):

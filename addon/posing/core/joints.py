@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much lengths count where: much in limbs, little at the joints between them (E = 1/2 sum s_i |stretch of i|^2).
 
-Each gives n float64 between 1 and STIFF. Thirty times: with a hundred a cold solve of a fine mesh no longer finds its
-way, with a thousand elbows do not bend.
+Each gives n float64 above 0. Limbs thirty times: with a hundred a cold solve of a fine mesh no longer finds its way,
+with a thousand elbows do not bend.
 """
 
 import numpy as np
@@ -15,6 +15,16 @@ STIFF = 30.0
 #: Of the weights that a vertex has, the share of its segment's bones: here limbs begin, and are whole.
 FROM, TO = 0.6, 0.95
 
+#: A knee or elbow: the side on which it folds, the other one, and a strip of this power of a sine along its axis, which
+#: keeps it from bending sideways. What it hangs on turns more freely: else a knee bends where a hip would have to.
+INNER, OUTER, SIDE, NARROW, AXIS, BALL = 0.3, 3.0, 100.0, 6, 0.7, 0.3
+
+#: Shares of both halves by which a vertex is at the joint between them.
+LEAST = 0.02
+
+#: Limbs whose halves have a greater cosine than this (3 degrees) are straight.
+STRAIGHT = 0.9986
+
 #: Degrees by which a pose bends a surface over 1 % of the mesh's size: a limb bends less, a joint more.
 RIGID, BENT = 4.0, 16.0
 
@@ -22,15 +32,58 @@ RIGID, BENT = 4.0, 16.0
 SHORTEST = 0.004
 
 
-def by_weights(count, segments):
-    """segments: [[(vertex indices, weights), ...] of the bones of one, ...]. What no bone carries is no limb."""
-    most, total = np.zeros(count), np.zeros(count)
-    for bones in segments:
+def by_weights(rest, segments, hinges=()):
+    """rest: n x 3; segments: {name: [(vertex indices, weights), ...] of its bones}. What no bone carries is no limb.
+
+    hinges: [(names of a limb's upper and lower half, unit vector along it, unit vector to where its joint points)]
+    """
+    count, wanted = len(rest), {name for hinge in hinges for name in hinge[:2]}
+    most, total, of_hinges = np.zeros(count), np.zeros(count), {}
+    for name, bones in segments.items():
         own = sum((np.bincount(*bone, count) for bone in bones), np.zeros(count))
         np.maximum(most, own, out=most)
         total += own
-    share = np.divide(most, total, out=np.zeros(count), where=total > 0.0)
-    return 1.0 + (STIFF - 1.0) * _smooth((share - FROM) / (TO - FROM))
+        if name in wanted:
+            of_hinges[name] = own
+    total[total <= 0.0] = 1.0
+    factors = 1.0 + (STIFF - 1.0) * _smooth((most / total - FROM) / (TO - FROM))
+    for upper, lower, along, way in hinges:
+        _bend_one_way(factors, rest, of_hinges[upper] / total, of_hinges[lower] / total, along, way)
+    return factors
+
+
+def _bend_one_way(factors, rest, upper, lower, along, way):
+    """upper, lower: n shares of a limb's halves. Writes to n `factors`, at the joint and at what the limb hangs on."""
+    factors[(upper > LEAST) & (upper < 1.0 - LEAST) & (lower <= LEAST)] *= BALL
+    joint = np.flatnonzero((upper > LEAST) & (lower > LEAST) & (upper + lower > FROM))
+    if not len(joint):
+        return
+    places = rest[joint] @ np.stack([way, np.cross(along, way)], axis=1)
+    low, high = places.min(axis=0), places.max(axis=0)
+    places -= low + (AXIS, 0.5) * (high - low)
+    outward = places[:, 0] / np.maximum(np.linalg.norm(places, axis=1), 1e-12)
+    soft = np.where(outward > 0.0, OUTER, INNER)
+    factors[joint] = soft * (SIDE / soft) ** (1.0 - outward**2) ** NARROW
+
+
+def hinge(begin, joint, end, forward):
+    """(unit vector along a limb, unit vector to where its joint points) or None if nothing tells; the places are of its
+    ends and of the joint between them in the rest pose, which goes on bending as it is bent. forward: where a straight
+    one points, or None."""
+    halves = _unit(joint - begin), _unit(end - joint)
+    along = _unit(end - begin)
+    way = forward if halves[0] @ halves[1] > STRAIGHT else joint - begin
+    if way is None:
+        return None
+    way = way - (way @ along) * along
+    if np.linalg.norm(way) < (1.0 - STRAIGHT) * np.linalg.norm(end - begin):
+        return None
+    # Matrices of a moving rig are rounded otherwise in each frame: what is bound shall not depend on that.
+    return along.round(3), _unit(way).round(3)
+
+
+def _unit(vector):
+    return vector / max(float(np.linalg.norm(vector)), 1e-12)
 
 
 def by_poses(rest, corners, starts, poses):

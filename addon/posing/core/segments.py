@@ -13,6 +13,7 @@ _HEAD = re.compile("head|skull|face")
 _ON_ITS_OWN = re.compile("hair|ears?$|.*tail|tongue|mane")  # of what is on a head
 _OF_PARENT = re.compile("metacarpal|carpal|palm|heel")
 _HALF = re.compile("up|low|fore|thigh|shin|calf|neck")  # several bones with one of these, numbered, are one
+_HINGE = re.compile("low|fore(?!foot)|shin|calf|knee|elbow")  # the lower half of a limb
 
 
 def of(parents):
@@ -66,7 +67,34 @@ def _above(bone, parents):
 
 def joint_count(parents, segment_of, segments):
     """How many of `segments` have another of them above."""
+    tops = _tops(parents, segment_of)
+    return sum(any(segment_of[each] in segments for each in _above(tops[name], parents)) for name in segments)
+
+
+def hinges(parents, segment_of):
+    """[(first bone of the upper half, of the lower half, of what hangs on it)] of knees and elbows."""
+    tops, found = _tops(parents, segment_of), []
+    for name, bone in tops.items():
+        above, words = _above(bone, parents), _words(bone)
+        is_shin = words[-1:] == ("leg",) and above and _has(_words(above[0]), "up", "thigh")
+        ends = [end for end in tops.values() if name == next((segment_of[each] for each in _above(end, parents)), "")]
+        if above and ends and (is_shin or _has(words, _HINGE)):
+            found.append((tops[segment_of[above[0]]], bone, ends[0]))
+    return found
+
+
+def is_foot(bone):
+    return _has(_words(bone), ".*foot$")
+
+
+def is_arm(bone):
+    """Of the lower half of a limb. Elbows point backward, knees forward."""
+    return _has(_words(bone), ".*arm", "elbow", "fore")
+
+
+def _tops(parents, segment_of):
+    """{segment: its first bone}, parents first."""
     tops = {}
     for bone in sorted(parents, key=lambda each: len(_above(each, parents))):
         tops.setdefault(segment_of[bone], bone)
-    return sum(any(segment_of[each] in segments for each in _above(tops[name], parents)) for name in segments)
+    return tops
