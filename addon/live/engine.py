@@ -28,18 +28,8 @@ def scene_updated(depsgraph):
     if depsgraph.mode == 'RENDER' or _is_idle() or len(depsgraph.updates) == 0:
         return
     _notice_end_of_rendering()
-    if _take_note(depsgraph) and not bpy.app.background and not bpy.app.timers.is_registered(_draw_what_is_quiet):
-        bpy.app.timers.register(_draw_what_is_quiet, first_interval=object_model.QUIET_SECONDS)
+    _take_note(depsgraph)
     follow_all()
-
-
-def _draw_what_is_quiet():
-    """Timer: draws what is shown of edited objects once no edit came for a moment. Blender would not by itself."""
-    remaining = object_model.quiet_in()
-    if remaining > 0.0:
-        return remaining
-    views.draw_again()
-    return None
 
 
 def frame_changed(depsgraph):
@@ -71,20 +61,15 @@ def _is_idle():
 
 
 def _take_note(depsgraph):
-    """Tells the models of the objects what Blender evaluated, and finds objects that were turned live.
-
-    Returns whether an object was edited that panel or overlay show.
-    """
-    is_to_be_drawn = False
+    """Tells the models of the objects what Blender evaluated, and finds objects that were turned live."""
     for obj, change, is_rigged in _changes(depsgraph):
         if change is object_model.Change.MESH and not kept.told(obj.data):
             change = object_model.Change.KEYS
         for model in object_model.known_models(obj):
             if is_rigged:
                 model.rig_moved()
-            is_to_be_drawn |= model.told(obj, change) and model.is_watched
+            model.told(obj, change)
         roll.note(obj)
-    return is_to_be_drawn
 
 
 def look_for_live_objects():
@@ -198,9 +183,8 @@ def forget():
 def shut_down():
     forget()
     render_ended()
-    for timer in (_tick, _draw_what_is_quiet):
-        if bpy.app.timers.is_registered(timer):
-            bpy.app.timers.unregister(timer)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
 
 
 # What others ask

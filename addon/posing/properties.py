@@ -162,6 +162,3 @@ class Settings:
     influence: aside(FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture
         name="Influence", default=1.0, min=0.0, max=1.0, update=tell
     )
-
-
-SETTINGS = Settings.__annotations__

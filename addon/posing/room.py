@@ -45,7 +45,7 @@ ROOM = Room(
         *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
         *(panel, menus),
     ),
-    settings=properties.SETTINGS,
+    settings=properties.Settings.__annotations__,
     register=grab_tool.register,
     unregister=_unregister,
     finders=[controls.mesh_moved_by],

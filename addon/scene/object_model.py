@@ -23,9 +23,6 @@ from .. import compat
 from ..errors import MeanValueError
 from . import kept, shape_keys
 
-#: How long an object has to be left alone before what only shows it reads it again.
-QUIET_SECONDS = 0.3
-
 clock = time.monotonic
 
 _models = {}  # (session key, kind): ObjectModel
@@ -73,16 +70,14 @@ class ObjectModel:
     overwritten   n x 3 float32: then what it was, if it was there before somebody edited the key; else None
     found         the result of what was read last, or None
     is_unchecked  Blender has told of writing to shape keys, which may be ours: see compare()
-    is_watched    panel or overlay show it, and want to be drawn again after an edit
     """
 
     def __init__(self, obj, kind):
         self.kind = kind
         self.rig_revision, self.rig_moved_at = next(_numbers), -math.inf
         self.written = self.overwritten = self._rest = None
-        self.is_unchecked = self.is_watched = False
+        self.is_unchecked = self._is_read_before = False
         self.content = next(_numbers)
-        self.told_at = self._read_at = -math.inf
         self.found = self._stamp = self._error = None
 
     # Whether it has changed
@@ -92,20 +87,17 @@ class ObjectModel:
         return Stamp(self.kind.signature(obj), self.content)
 
     def told(self, obj, change):
-        """Blender has evaluated the object since `change`. Returns whether it may have been edited."""
-        if change is Change.RIG:
-            return False
-        if change is Change.SLIDERS and not compat.points_tell_as_sliders(obj.data.shape_keys.reference_key):
-            return False
+        """Blender has evaluated the object since `change`."""
         if change is Change.MESH:
-            self.content = next(_numbers)
-        self.is_unchecked, self.told_at = True, clock()
-        return True
+            self.edited()
+        is_written = change is Change.SLIDERS and compat.points_tell_as_sliders(obj.data.shape_keys.reference_key)
+        if is_written or change is Change.KEYS:
+            self.is_unchecked = self._is_read_before = True
 
     def edited(self):
         """The object is another one now."""
         self.content = next(_numbers)
-        self.is_unchecked, self.told_at = True, clock()
+        self.is_unchecked = self._is_read_before = True
 
     def rig_moved(self):
         self.rig_revision, self.rig_moved_at = next(_numbers), clock()
@@ -130,15 +122,6 @@ class ObjectModel:
         """Whether there is a result() of what was read last."""
         return self._error is not None or self.found is not None
 
-    def look(self, obj, quiet_seconds=0.0):
-        """For what only shows it: reads it, and compares it with what shape keys hold. Returns whether it did: not if
-        Blender told of an edit in the last seconds and what was read before will do."""
-        if self.is_usable(obj) and clock() - self.told_at < quiet_seconds:
-            return False
-        self.read(obj)
-        self.compare(obj)
-        return True
-
     def read(self, obj):
         """Reads what is not read yet."""
         if self.is_read(obj):
@@ -149,7 +132,7 @@ class ObjectModel:
             self.found = former if former is not None and former.revision == found.revision else found
         except MeanValueError as error:
             self._error = error
-        self._read_at = clock()
+        self._is_read_before = False
 
     def result(self, obj):
         """What read() has read; the same one until there is other content. @throws MeanValueError."""
@@ -167,8 +150,8 @@ class ObjectModel:
         """Compares what shape keys hold with what was read and written, if that may be another; reads what is."""
         if not self.is_unchecked:
             return
-        is_older = self._read_at <= self.told_at  # what was read since is as it is
-        if is_older and not all(np.array_equal(shape_keys.held(obj, name), shape) for name, shape in self._shapes()):
+        shapes = self._shapes() if self._is_read_before else []  # what was read since is as it is
+        if not all(np.array_equal(shape_keys.held(obj, name), shape) for name, shape in shapes):
             self.edited()
             self.read(obj)
         shapes = self._shapes()
@@ -208,12 +191,6 @@ def edited(obj):
     for model in known_models(obj):
         model.edited()
         model.written = model.overwritten = None
-
-
-def quiet_in():
-    """Seconds until all that is shown has been left alone long enough; 0 if it has."""
-    told_at = max((model.told_at for model in _models.values() if model.is_watched), default=-math.inf)
-    return max(0.0, told_at + QUIET_SECONDS - clock())
 
 
 def clear():

@@ -63,18 +63,13 @@ def _load():
         try:
             found = importlib.import_module(name)
         except ImportError as error:
-            if not _is_absent(name, error):  # it is there, but the system cannot load it
-                failures.append(str(error))
+            is_absent = isinstance(error, ModuleNotFoundError) and f"{name}.".startswith(f"{error.name}.")
+            failures += [] if is_absent else [str(error)]  # it is there, but the system cannot load it
             continue
         if hasattr(found, "Deformer") and hasattr(found, "find_snaps"):
             return found
         failures.append(f"a module '{name}' was found that is not this version's solver: {found}")
     raise NativeModuleError(_explanation(failures))
-
-
-def _is_absent(name, error):
-    """True if it is the module itself, or a package around it, that was not found."""
-    return isinstance(error, ModuleNotFoundError) and f"{name}.".startswith(f"{error.name}.")
 
 
 def _explanation(failures):

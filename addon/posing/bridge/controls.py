@@ -43,7 +43,8 @@ def why_it_is_missing(obj, handle):
     control = handle.control
     if control is None:
         return f"Handle '{handle.name}' has no control. Press Update, choose one, or remove the handle"
-    if not _is_in_a_collection(control):
+    is_there = control.visible_get() or bpy.context.view_layer.objects.get(control.name) == control
+    if not is_there and not control.users_collection:  # Blender goes through all objects of the file for that
         return f"The control of handle '{handle.name}' is in no collection. Press Update, or choose another one"
     owner = obj if control.parent == obj else owner_of(control)
     if owner not in {None, obj}:
@@ -81,13 +82,6 @@ def remove_deleted(obj):
         if orphans.is_deleted(obj.meanvalue.handles[index]):
             region.let_go(obj, obj.meanvalue.handles[index])
             remove_handle(obj, index)
-
-
-def _is_in_a_collection(control):
-    """As `control.users_collection`, which goes through all objects of the file."""
-    if control.visible_get():
-        return True
-    return bpy.context.view_layer.objects.get(control.name) == control or bool(control.users_collection)
 
 
 def owner_of(control):

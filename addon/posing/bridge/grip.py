@@ -209,21 +209,14 @@ def _channels(handle):
 
 
 def _require_can_be_posed(obj):
-    if obj.meanvalue.baked.target:
-        raise SceneError(shape_keys.BAKE_PLAYS)
-    require_none(shape_keys.result_problem(obj) or _why_it_waits(obj))
+    require_none(shape_keys.BAKE_PLAYS if obj.meanvalue.baked.target else shape_keys.result_problem(obj))
+    is_in_charge = obj.meanvalue.live and not (engine.status(obj) or ("", False))[1]
+    other = next((other for other in shape_keys.sharing(obj) if other.meanvalue.live), None)
+    if other is not None and not is_in_charge:
+        raise SceneError(roll.gives_way_to(other.name))
     if not len(obj.data.polygons):
         raise SceneError(bind_input.NO_FACES)
     region.require_own_group(obj)
-
-
-def _why_it_waits(obj):
-    """Why another object with the same mesh would pose it in place of `obj`, or None."""
-    is_in_charge = obj.meanvalue.live and not (engine.status(obj) or ("", False))[1]
-    if is_in_charge:
-        return None
-    other = next((other for other in shape_keys.sharing(obj) if other.meanvalue.live), None)
-    return other and roll.gives_way_to(other.name)
 
 
 def _require_control(obj, handle):

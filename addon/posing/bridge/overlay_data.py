@@ -3,8 +3,8 @@
 
 Positions are read every time, which takes 0.2 ms for 50,000 vertices: Blender does not tell of every change (what is
 written by a handler of an update is evaluated without calling handlers again). Vertex groups and faces, which take a
-hundred times as long, are read again when object_model says that they may be others, and the object has been left alone
-for a moment. What did not change is the same array as before.
+hundred times as long, are read again when object_model says that they may be others. What did not change is the same
+array as before.
 """
 
 from dataclasses import dataclass, replace
@@ -64,14 +64,12 @@ def look(obj):
     if not (obj.meanvalue.handles or obj.meanvalue.roi_group):
         return NOTHING
     key = compat.session_key(obj)
-    model = scene_input.model(obj)
-    model.is_watched = True
+    stamp = scene_input.shown(obj).stamp(obj)
     known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
-    is_same_mesh = known is not NOTHING and len(known.positions) == len(positions)
-    is_same_list = is_same_mesh and known.stamp.signature == model.stamp(obj).signature
-    is_read = model.look(obj, object_model.QUIET_SECONDS if is_same_list else 0.0)
-    if is_read and not (is_same_mesh and known.stamp == model.stamp(obj)):
-        known = _read(obj, model.stamp(obj), positions)
+    is_usable = known is not NOTHING and len(known.positions) == len(positions)
+    is_usable = is_usable and known.stamp.signature == stamp.signature
+    if not is_usable or (known.stamp != stamp and obj.mode == 'OBJECT'):  # a stroke of a brush is an edit
+        known = _read(obj, stamp, positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
     if known.palette != palette or not np.array_equal(known.positions, positions):
         known = replace(known, positions=positions, palette=palette)
@@ -83,7 +81,10 @@ def _read(obj, stamp, positions):
     anchors, handles = bind_input.anchor_layout(members.of(obj, targets.enabled_handles(obj)))
     rest, faces = shape_keys.rest_positions(obj.data), kept.faces(obj.data)
     twins = mirrors.partners(obj, rest)
-    anchors, handles = _outlined(*_on_both_sides(anchors, handles, twins), len(obj.data.vertices), *faces)
+    if twins is not None:  # and the images that have no handle of their own
+        is_more = (twins[anchors] >= 0) & ~np.isin(twins[anchors], anchors)
+        anchors, handles = np.append(anchors, twins[anchors][is_more]), np.append(handles, handles[is_more])
+    anchors, handles = _outlined(anchors, handles, len(obj.data.vertices), *faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if obj.meanvalue.roi_group in obj.vertex_groups:
         copies = kept.copies(obj, rest)
@@ -91,15 +92,6 @@ def _read(obj, stamp, positions):
         tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
-
-
-def _on_both_sides(anchors, handles, twins):
-    """Anchors and the numbers of their handles, with the images that have no handle of their own."""
-    if twins is None:
-        return anchors, handles
-    images = twins[anchors]
-    is_more = (images >= 0) & ~np.isin(images, anchors)
-    return np.append(anchors, images[is_more]), np.append(handles, handles[is_more])
 
 
 def _outlined(anchors, handles, vertex_count, corners, starts):

@@ -85,15 +85,9 @@ def require_fits(record, now):
         raise StaleBindingError(f"{changes}. Check the handles and press Update")
 
 
-def problem(obj, quiet_seconds=0.0):
-    """(why a mesh object cannot be posed by what was read of it, as a sentence; whether Update mends that), or None.
-
-    Cheap enough for drawing: outside Object Mode, and for `quiet_seconds` after an edit, of what was read last.
-    """
-    model = scene_input.model(obj)
-    model.is_watched = True
-    if obj.mode == 'OBJECT':
-        model.look(obj, quiet_seconds)
+def problem(obj):
+    """(why a mesh object cannot be posed by what was read of it, as a sentence; whether Update mends that), or None."""
+    model = scene_input.shown(obj)
     try:
         if model.is_known:
             require_fits(obj.meanvalue.bound, model.result(obj).fingerprint)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ... import compat, ids
 from ...errors import SceneError, require_none
+from ...live import roll
 from ...scene import declarations, kept, mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import welding, whole_mesh
 from ...scene.core.point_sets import require_finite
@@ -26,6 +27,16 @@ def signature(obj):
 def model(obj):
     """The ObjectModel of what `obj` is posed by."""
     return object_model.of(obj, READING)
+
+
+def shown(obj):
+    """The same for what is drawn: read once after each edit, outside Object Mode as it was read last."""
+    found = model(obj)
+    if obj.mode == 'OBJECT':
+        found.read(obj)
+        if roll.follower_of(obj) is None:  # which compares it when all is quiet
+            found.compare(obj)
+    return found
 
 
 def member_count(obj, number):

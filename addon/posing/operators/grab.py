@@ -277,7 +277,7 @@ def _select_control(context, obj, grip):
 def _outcome(obj, grip, offset):
     """(message, [notes])."""
     notes = list(grip.notes(obj))
-    scene_input.model(obj).look(obj)
+    scene_input.model(obj).read(obj)
     known = scene_input.known(obj)
     notes += [] if known is None else known.notes
     if grip.is_new:

@@ -104,27 +104,21 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
         return Posing(obj, self.key)
 
     def finish(self, obj, posing, outcome):
-        notes = list(_ignored(obj, posing.bind_input, self.key))
+        notes, key = [], obj.data.shape_keys.key_blocks[self.key]
+        is_result = self.key == obj.meanvalue.result_key
+        moved = (shape_keys.positions(key) != posing.bind_input.rest).any(axis=1)
+        moved[posing.bind_input.anchors] = False
+        if moved.any() and not is_result:
+            count = wording.counted(np.count_nonzero(moved), "vertex", "vertices")
+            notes.append(f"{count} moved in '{self.key}' belong to no handle and are ignored")
         if obj.meanvalue.live:
             obj.meanvalue.live = False
             notes.append("Live is off: it would have the controls pose the mesh again")
-        key = obj.data.shape_keys.key_blocks[self.key]
         message, warnings = super().finish(obj, posing, outcome)
-        if self.key != obj.meanvalue.result_key and key.value != 0.0:
+        if not is_result and key.value != 0.0:
             key.value = 0.0
             message += f". Shape key '{self.key}' has the value 0 now, so that it is not added"
         return message, [*warnings, *notes]
-
-
-def _ignored(obj, bind_input, name):
-    """A sentence on vertices that were moved in the shape key and are not solved from there."""
-    if name == obj.meanvalue.result_key:
-        return
-    moved = (shape_keys.positions(obj.data.shape_keys.key_blocks[name]) != bind_input.rest).any(axis=1)
-    moved[bind_input.anchors] = False
-    count = np.count_nonzero(moved)
-    if count:
-        yield f"{wording.counted(count, 'vertex', 'vertices')} moved in '{name}' belong to no handle and are ignored"
 
 
 def _make_own_controls(obj):

@@ -6,7 +6,7 @@ import bpy
 from ... import ids, wording
 from ...live import engine
 from ...rooms import ALL
-from ...scene import key_marks, mirrors, object_model, shape_keys, subject
+from ...scene import key_marks, mirrors, shape_keys, subject
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
@@ -243,7 +243,7 @@ def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
     if not obj.meanvalue.handles:
         return None
-    found = posing.problem(obj, object_model.QUIET_SECONDS)  # drawing again when it changes hangs on this
+    found = posing.problem(obj)
     wants_update = (found is not None and found[1]) or any(
         handle.follows == 'CONTROL' and controls.why_it_is_missing(obj, handle) for handle in obj.meanvalue.handles
     )
