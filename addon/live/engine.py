@@ -61,10 +61,24 @@ def _is_idle():
 
 
 def _take_note(depsgraph):
-    """Tells the models of the objects what Blender evaluated, and finds objects that were turned live."""
-    for obj, change, is_rigged in _changes(depsgraph):
-        if change is object_model.Change.MESH and not kept.told(obj.data):
-            change = object_model.Change.KEYS
+    """Tells the models of the objects what Blender evaluated, and finds objects that were turned live.
+
+    An object is named wherever its evaluated mesh is another, be it that a bone of its rig has moved. Its mesh is named
+    only where it was tagged, or has its shape keys mixed anew. What was tagged has all its flags, what is only
+    evaluated again (sliders that are driven or animated) that of its geometry alone. So in 3.4 to 5.0, see
+    test_live_recovery.py.
+    """
+    objects, named = [], {}  # session key: the update of a datablock
+    for update in depsgraph.updates:
+        if update.is_updated_geometry or update.is_updated_transform:
+            datablock = update.id.original
+            named[compat.session_key(datablock)] = update
+            is_mesh = isinstance(datablock, bpy.types.Object) and datablock.type == 'MESH'
+            objects += [datablock] if is_mesh and update.is_updated_geometry else []
+    for obj in objects:
+        change, is_rigged = _change_of(obj, named)
+        if change is Change.MESH and not kept.told(obj.data):
+            change = Change.KEYS
         for model in object_model.known_models(obj):
             if is_rigged:
                 model.rig_moved()
@@ -228,26 +242,8 @@ def _draw_status_again():
         views.draw_again('WINDOW', 'PROPERTIES')
 
 
-def _changes(depsgraph):
-    """[(object, Change, whether its modifiers may make something else of it)] of mesh objects with other geometry.
-
-    An object is named wherever its evaluated mesh is another, be it that a bone of its rig has moved. Its mesh is named
-    only where it was tagged, or has its shape keys mixed anew. What was tagged has all its flags, what is only
-    evaluated again (sliders that are driven or animated) that of its geometry alone. So in 3.4 to 5.0, see
-    test_live_recovery.py.
-    """
-    objects, named = [], {}  # session key: the update of a datablock
-    for update in depsgraph.updates:
-        if not (update.is_updated_geometry or update.is_updated_transform):
-            continue
-        datablock = update.id.original
-        named[compat.session_key(datablock)] = update
-        if update.is_updated_geometry and isinstance(datablock, bpy.types.Object) and datablock.type == 'MESH':
-            objects.append(datablock)
-    return [(obj, *_change_of(obj, named)) for obj in objects]
-
-
 def _change_of(obj, named):
+    """(Change, whether its modifiers may make something else of it)."""
     mesh = named.get(compat.session_key(obj.data))
     keys = named.get(compat.session_key(obj.data.shape_keys)) if obj.data.shape_keys else None
     if mesh is None and keys is None:

@@ -88,11 +88,11 @@ def search():
 
 def live_objects():
     """(object, follower) of all that are live."""
-    found = [(bpy.data.objects.get(follower.name), key, follower) for key, follower in _followers.items()]
-    if any(obj is None or identity(obj) != key or _kind(obj) is not type(each) for obj, key, each in found):
+    found = known()
+    if len(found) < len(_followers) or any(_kind(obj) is not type(follower) for _, obj, follower in found):
         search()
-        found = [(bpy.data.objects[follower.name], key, follower) for key, follower in _followers.items()]
-    return [(obj, follower) for obj, _, follower in found]
+        found = known()
+    return [(obj, follower) for _, obj, follower in found]
 
 
 def gives_way_to(other_name):

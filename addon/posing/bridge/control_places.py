@@ -59,8 +59,6 @@ def follow_rig(obj, handle, rig_transform):
 def rig_transforms(obj, handles):
     """[4 x 4]: what the rig does to each of `handles` now, measured."""
     space = rig_space.measure(obj)
-    if space is None:
-        return [motion.IDENTITY] * len(handles)
     return [rig_transform(space, *each) for each in zip(handles, members.of(obj, handles), strict=True)]
 
 

@@ -63,9 +63,7 @@ def stillness(obj, handles):
 
 def none_to_move(obj):
     """Why there is no control to move, in words, or None."""
-    if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles):
-        return None
-    return NO_HANDLES
+    return None if any(handle.follows == 'CONTROL' for handle in obj.meanvalue.handles) else NO_HANDLES
 
 
 def none_active(obj):

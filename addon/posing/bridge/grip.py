@@ -159,7 +159,6 @@ class _Before:
         self._was_bound = settings.bound.is_bound
         self._weights = None
         self._result = shape_keys.result_positions(obj)
-        self._had_keys = obj.data.shape_keys is not None
         key = shape_keys.result(obj)
         self._relative_to = key and key.relative_key.name
         self._shown = key and [getattr(key, name) for name in KEY_STATE]
@@ -186,8 +185,7 @@ class _Before:
             shape_keys.write_positions(obj.data, shape_keys.result(obj), self._result)
         else:
             shape_keys.remove(obj, made)
-            if not self._had_keys:
-                obj.shape_key_clear()
+            shape_keys.remove_lone_basis(obj)
         if not self._was_bound:
             declarations.clear(settings.bound)
         for kind in self.others:
