@@ -33,17 +33,13 @@ def become(obj):
     store, attribute = compat.position_store(mesh)
     store.foreach_set(attribute, shape.ravel())
     mesh.update()
-    return list(_notes(obj, carried))
-
-
-def _notes(obj, carried):
-    for made, note in (names_and_note(obj) for names_and_note in ALL.made_of_rest):
-        if note:
-            yield note
-        carried = [name for name in carried if name not in made]
+    made = [names_and_note(obj) for names_and_note in ALL.made_of_rest]
+    notes = [note for _names, note in made if note]
+    carried = [name for name in carried if all(name not in names for names, _note in made)]
     if carried:
         keys = wording.counted(len(carried), "shape key")
-        yield f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}"
+        notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
+    return notes
 
 
 def _adds_to(key, reference, apart):

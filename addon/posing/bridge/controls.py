@@ -268,13 +268,10 @@ def mesh_moved_by(control):
     if owner is not None:
         return owner
     key = compat.session_key(control)
-    name = _known.get(key)
-    if name == "":  # Blender would go through all objects to find none
-        return None
-    if name is not None and _follows(bpy.data.objects.get(name), control):
-        return bpy.data.objects[name]
-    found = next((obj for obj in bpy.context.view_layer.objects if _follows(obj, control)), None)
-    _known[key] = found.name if found is not None else ""
+    found = bpy.data.objects.get(_known.get(key, ""))
+    if _known.get(key) != "" and not _follows(found, control):  # to find none takes going through all
+        found = next((obj for obj in bpy.context.view_layer.objects if _follows(obj, control)), None)
+        _known[key] = found.name if found is not None else ""
     return found
 
 

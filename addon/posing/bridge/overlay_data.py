@@ -14,7 +14,7 @@ import numpy as np
 from ... import compat
 from ...scene import kept, mesh_arrays, mirrors, object_model, shape_keys, shown_shape
 from ..core import bind_input, tinted_faces
-from . import members, scene_input, targets
+from . import members, region, scene_input, targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def _read(obj, stamp, positions):
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     if obj.meanvalue.roi_group in obj.vertex_groups:
         copies = kept.copies(obj, rest)
-        freedom = scene_input.effective_region(scene_input.region_weights(obj), copies, twins)
+        freedom = scene_input.effective_region(region.known_weights(obj, 1.0), copies, twins)
         tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)

@@ -50,11 +50,16 @@ def remove_made_group(obj):
 def weights(obj):
     """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
     missing."""
-    name = obj.meanvalue.roi_group
     if kept.has_any():
         bpy.context.view_layer.update()  # Blender has told of all edits then
+    return known_weights(obj, 0.0)
+
+
+def known_weights(obj, without):
+    """The same where Blender has told of all edits; without: what there is without a region."""
+    name = obj.meanvalue.roi_group
     found = vertex_groups.weights(obj, [name]).get(name)
-    return np.zeros(len(obj.data.vertices)) if found is None else found
+    return np.full(len(obj.data.vertices), without) if found is None else found
 
 
 class Surface:

@@ -12,7 +12,7 @@ from ...scene.core import welding, whole_mesh
 from ...scene.core.point_sets import require_finite
 from ..core import springs
 from ..core.bind_input import BindInput, anchor_layout, soft_border
-from . import controls, examples, limbs, members, orphans, targets
+from . import controls, examples, limbs, members, orphans, region, targets
 
 
 def signature(obj):
@@ -68,7 +68,7 @@ def read(obj, to_bind=True):
     of_limbs = limbs.groups(obj) if settings.method == ids.METHOD_FAST else ()
     vertex_groups.read(obj, groups | {settings.roi_group, *of_limbs})  # in one pass
     handles = targets.enabled_handles(obj)
-    held, freedom = members.of(obj, handles), region_weights(obj)
+    held, freedom = members.of(obj, handles), region.known_weights(obj, 1.0)
     _require_members(handles, held, settings.roi_group, freedom)
     anchors, handle_numbers = anchor_layout(held)
     rest = shape_keys.rest_positions(obj.data)
@@ -119,13 +119,6 @@ def _shapes(bind_input):
 
 
 READING = object_model.Kind(signature, read, _shapes, shape_keys.result)
-
-
-def region_weights(obj):
-    """n float64, 0 to 1: how freely each vertex moves by the group of the region; all may where there is none."""
-    name = obj.meanvalue.roi_group
-    found = vertex_groups.weights(obj, [name]).get(name)
-    return np.ones(len(obj.data.vertices)) if found is None else found
 
 
 def effective_region(freedom, copies, partners):

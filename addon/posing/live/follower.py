@@ -40,6 +40,8 @@ class Follower(Following):
     AND_EXPORTS = ", and export without the controls"
     LABEL = "Live"
 
+    _drag = None  # what the last solve was of, as session.Drag
+
     _cached_binding = staticmethod(session.cached)
     _make_key = staticmethod(shape_keys.ensure_result_key)
 
@@ -85,8 +87,7 @@ class Follower(Following):
     def _begin_anew(self):
         super()._begin_anew()
         self._targets = LiveTargets()
-        former = vars(self).get("_drag")
-        self._drag = None  # what the last solve was of, as session.Drag
+        former, self._drag = self._drag, None
         if former is not None and former.drafted is not None:  # the mesh does not hold what a draft stands in for
             self._drag = session.Drag(None, None, None, former.answer, former.drafted)
 
@@ -214,7 +215,7 @@ class Follower(Following):
         return drag.drafted is self._wanted
 
     def _end_early(self):
-        drag = vars(self).get("_drag")
+        drag = self._drag
         if drag is not None and drag.binding is None and drag.native is not None:
             drag.native.stop()
             drag.native = None

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles of a live object are wanted, and poses of one that is still being bound."""
 
-import functools
-
 from ...errors import MeanValueError, require_none
 from ...live import following
 from ...scene import rig_space
@@ -84,8 +82,7 @@ class EarlyPoses:
         """(Targets, n x 3) of a solve that is done, else None; begins one of `wanted` when it is time."""
         if self._job is None:
             if following.clock() >= self.rests_until:
-                solve = functools.partial(session.solve_steps, self._solver, wanted)
-                self._job = Job(lambda execution: solve(execution=execution), of=wanted)
+                self._job = Job(lambda run: session.solve_steps(self._solver, wanted, execution=run), of=wanted)
             return None
         if not self._job.is_finished:
             return None

@@ -91,10 +91,8 @@ class DragCircle:
     def remove(self):
         global is_shown
         is_shown = False
-        if self._handler is not None:
-            bpy.types.SpaceView3D.draw_handler_remove(self._handler, 'WINDOW')
-            self._handler = None
-            views.draw_again('WINDOW')
+        bpy.types.SpaceView3D.draw_handler_remove(self._handler, 'WINDOW')
+        views.draw_again('WINDOW')
 
     def _draw(self):
         if bpy.context.region.as_pointer() == self._region and self._radius > 0.0:
