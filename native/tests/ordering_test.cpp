@@ -54,9 +54,9 @@ std::vector<std::set<Index>> filled_columns(const SparseMatrix& lower, const std
 TEST(Graph, HasAnEdgeForEachEntryBelowTheDiagonal) {
     const Graph graph = graph_of(arrow(5), Execution());
     EXPECT_EQ(graph.size(), 5);
-    EXPECT_EQ(std::vector<Index>(graph.begin(0), graph.end(0)), (std::vector<Index>{1, 2, 3, 4}));
+    EXPECT_EQ(std::vector<Index>(graph.of(0).begin(), graph.of(0).end()), (std::vector<Index>{1, 2, 3, 4}));
     for (Index v = 1; v < 5; ++v)
-        EXPECT_EQ(std::vector<Index>(graph.begin(v), graph.end(v)), std::vector<Index>{0});
+        EXPECT_EQ(std::vector<Index>(graph.of(v).begin(), graph.of(v).end()), std::vector<Index>{0});
 }
 
 std::int64_t count_of(const std::vector<Side>& sides, Side side) {
@@ -65,8 +65,8 @@ std::int64_t count_of(const std::vector<Side>& sides, Side side) {
 
 void expect_separates(const Graph& graph, const std::vector<Side>& sides) {
     for (Index v = 0; v < graph.size(); ++v) {
-        for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
-            ASSERT_FALSE(sides[v] == Side::kLeft && sides[*u] == Side::kRight);
+        for (const Index u : graph.of(v))
+            ASSERT_FALSE(sides[v] == Side::kLeft && sides[u] == Side::kRight);
     }
 }
 

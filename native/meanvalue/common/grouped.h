@@ -6,6 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include "meanvalue/common/types.h"
+
 namespace meanvalue {
 
 template <typename Item>
@@ -16,11 +18,13 @@ struct Grouped {
         const Item* begin() const { return first; }
         const Item* end() const { return last; }
         bool empty() const { return first == last; }
+        Index size() const { return static_cast<Index>(last - first); }
     };
+    Index size() const { return static_cast<Index>(offsets.size()) - 1; }
     /// The items of a group, in the order in which they came.
     Range of(std::size_t group) const { return {items.data() + offsets[group], items.data() + offsets[group + 1]}; }
 
-    std::vector<std::int64_t> offsets;  ///< of the groups in items, then the total
+    std::vector<std::int64_t> offsets = {0};  ///< of the groups in items, then the total
     std::vector<Item> items;
 };
 

@@ -28,11 +28,11 @@ std::vector<Index> distances(const Graph& graph, Index from, WorkMeter& work) {
     queue.reserve(graph.size());
     distance[from] = 0;
     for (std::size_t k = 0; k < queue.size(); ++k) {
-        work.add(1 + graph.degree(queue[k]));
-        for (const Index* u = graph.begin(queue[k]); u != graph.end(queue[k]); ++u) {
-            if (distance[*u] >= 0) continue;
-            distance[*u] = distance[queue[k]] + 1;
-            queue.push_back(*u);
+        work.add(1 + graph.of(queue[k]).size());
+        for (const Index u : graph.of(queue[k])) {
+            if (distance[u] >= 0) continue;
+            distance[u] = distance[queue[k]] + 1;
+            queue.push_back(u);
         }
     }
     return distance;
@@ -76,10 +76,10 @@ Line cut_line(const Graph& graph, const std::vector<Index>& heights, WorkMeter& 
     std::vector<Index> change(size + 1, 0);  // of the border, from one cut to the next
     for (Index k = 0; k < size - first; ++k) {
         const Index v = line.vertices[k];
-        work.add(1 + graph.degree(v));
+        work.add(1 + graph.of(v).size());
         Index farthest = k;
-        for (const Index* u = graph.begin(v); u != graph.end(v); ++u)
-            farthest = std::max(farthest, place[*u]);
+        for (const Index u : graph.of(v))
+            farthest = std::max(farthest, place[u]);
         ++change[k + 1];
         --change[farthest + 1];
     }
@@ -120,7 +120,7 @@ class Separator {
             sides_[*v] = Side::kRight;
         for (Index v = 0; v < graph.size(); ++v) {
             const auto is_right = [&](Index u) { return sides_[u] == Side::kRight; };
-            if (sides_[v] == Side::kLeft && std::any_of(graph.begin(v), graph.end(v), is_right))
+            if (sides_[v] == Side::kLeft && std::any_of(graph.of(v).begin(), graph.of(v).end(), is_right))
                 vertices_.push_back(v);
         }
         for (const Index v : vertices_)
@@ -147,8 +147,8 @@ class Separator {
         }
         const std::size_t kept = next.size();
         for (const Index v : vertices_) {
-            for (const Index* u = graph_.begin(v); u != graph_.end(v); ++u) {
-                if (sides_[*u] == to && std::exchange(is_reached_[*u], 0) != 0) next.push_back(*u);
+            for (const Index u : graph_.of(v)) {
+                if (sides_[u] == to && std::exchange(is_reached_[u], 0) != 0) next.push_back(u);
             }
         }
         const auto left =
@@ -181,20 +181,20 @@ class Separator {
         is_reached_[vertex] = 1;
         for (std::size_t k = 0; k < queue_.size(); ++k) {
             const Index v = queue_[k];
-            work_.add(1 + graph_.degree(v));
-            for (const Index* u = graph_.begin(v); u != graph_.end(v); ++u) {
-                if (sides_[*u] != to || is_reached_[*u] != 0) continue;
-                is_reached_[*u] = 1;
-                via_[*u] = v;
-                if (partner_[*u] < 0) {
-                    for (Index free = *u; free >= 0;) {
+            work_.add(1 + graph_.of(v).size());
+            for (const Index u : graph_.of(v)) {
+                if (sides_[u] != to || is_reached_[u] != 0) continue;
+                is_reached_[u] = 1;
+                via_[u] = v;
+                if (partner_[u] < 0) {
+                    for (Index free = u; free >= 0;) {
                         partner_[free] = via_[free];
                         free = std::exchange(partner_[via_[free]], free);
                     }
                     return true;
                 }
-                is_reached_[partner_[*u]] = 1;
-                queue_.push_back(partner_[*u]);
+                is_reached_[partner_[u]] = 1;
+                queue_.push_back(partner_[u]);
             }
         }
         return false;

@@ -23,8 +23,8 @@ void find_parents(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
     std::vector<Index> above(size, -1);  // shortcuts up the tree
     for (Index row = 0; row < size; ++row) {
         const Index vertex = tree.vertex[row];
-        for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u) {
-            Index column = tree.place[*u];
+        for (const Index u : graph.of(vertex)) {
+            Index column = tree.place[u];
             while (column >= 0 && column < row) {
                 work.add(1);
                 const Index next = std::exchange(above[column], row);
@@ -56,8 +56,8 @@ void find_counts(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
             --tree.counts[parent];
         }
         const Index vertex = tree.vertex[column];
-        for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u) {
-            const Index row = tree.place[*u];
+        for (const Index u : graph.of(vertex)) {
+            const Index row = tree.place[u];
             work.add(1);
             if (row < column || first[column] <= last_leaf[row]) continue;
             ++tree.counts[column];
@@ -76,35 +76,24 @@ void find_counts(const Graph& graph, EliminationTree& tree, WorkMeter& work) {
     }
 }
 
-/// The nodes of a forest so that each subtree is in one piece that ends with its root.
+/// The places of a forest's nodes in an order in which each subtree is in one piece that ends with its root.
 /// @param parents each after its children, or -1.
 std::vector<Index> postorder(const std::vector<Index>& parents, const Execution& execution) {
     const auto count = static_cast<Index>(parents.size());
-    // Linked lists, of which the last node that was put in is the first.
-    std::vector<Index> first_child(count, -1);
-    std::vector<Index> next_sibling(count, -1);
-    std::vector<Index> stack;
+    std::vector<Index> size(count, 1);  // of each subtree
+    for (Index node = 0; node < count; ++node) {
+        if (parents[node] >= 0) size[parents[node]] += size[node];
+    }
+    std::vector<Index> place(count);
+    std::vector<Index> room(count);  // what is left for the children of each ends there
+    Index room_of_roots = count;
     for (Index node = count; node-- > 0;) {
-        if (parents[node] < 0) {
-            stack.push_back(node);
-        } else {
-            next_sibling[node] = std::exchange(first_child[parents[node]], node);
-        }
+        execution.check_every(node);
+        Index& end = parents[node] < 0 ? room_of_roots : room[parents[node]];
+        place[node] = room[node] = end - 1;
+        end -= size[node];
     }
-    std::vector<Index> order;
-    while (!stack.empty()) {
-        const Index node = stack.back();
-        const Index child = first_child[node];
-        if (child >= 0) {
-            first_child[node] = next_sibling[child];
-            stack.push_back(child);
-            continue;
-        }
-        execution.check_every(order.size());
-        order.push_back(node);
-        stack.pop_back();
-    }
-    return order;
+    return place;
 }
 
 }  // namespace
@@ -115,8 +104,8 @@ EliminationTree find_elimination_tree(const Graph& graph, std::vector<Index> ord
     tree.place = inverse(tree.vertex);
     WorkMeter work(execution);
     find_parents(graph, tree, work);
-    const std::vector<Index> places = postorder(tree.parents, execution);
-    const std::vector<Index> new_places = inverse(places);
+    const std::vector<Index> new_places = postorder(tree.parents, execution);
+    const std::vector<Index> places = inverse(new_places);
     tree.vertex = picked(tree.vertex, places);
     tree.place = inverse(tree.vertex);
     tree.parents = picked(tree.parents, places);

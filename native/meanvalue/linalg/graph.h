@@ -1,28 +1,30 @@
 // The graph of a symmetric sparse matrix, for which an order of elimination is found.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/sparse_matrix.h"
 
 namespace meanvalue {
 
-/// Undirected, without loops: each edge is in the list of both its ends.
-struct Graph {
-    std::vector<std::int64_t> offsets = {0};  // size() + 1
-    std::vector<Index> neighbours;
-
-    Index size() const { return static_cast<Index>(offsets.size()) - 1; }
-    const Index* begin(Index vertex) const { return neighbours.data() + offsets[vertex]; }
-    const Index* end(Index vertex) const { return neighbours.data() + offsets[vertex + 1]; }
-    Index degree(Index vertex) const { return static_cast<Index>(offsets[vertex + 1] - offsets[vertex]); }
-};
+/// The neighbours of each vertex. Undirected, without loops: each edge is in the list of both its ends.
+using Graph = Grouped<Index>;
 
 /// A vertex for each column, neighbours ascending. Only entries below the diagonal are looked at.
 /// @throws Cancelled.
-Graph graph_of(const SparseMatrix& lower, const Execution& execution);
+inline Graph graph_of(const SparseMatrix& lower, const Execution& execution) {
+    return grouped<Index>(lower.cols(), [&](const auto& visit) {
+        // Column after column: what comes before a vertex is in its list before what comes after it.
+        for (Index column = 0; column < lower.cols(); ++column) {
+            execution.check_every(column);
+            for (SparseMatrix::InnerIterator entry(lower, column); entry; ++entry) {
+                if (entry.row() <= column) continue;
+                visit(entry.row(), column);
+                visit(column, static_cast<Index>(entry.row()));
+            }
+        }
+    });
+}
 
 }  // namespace meanvalue

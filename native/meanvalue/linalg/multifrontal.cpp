@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include "meanvalue/common/grouped.h"
@@ -16,40 +15,28 @@ struct NotPositiveDefinite {};
 // Blocks of rows between two checks for cancellation; their columns stay in the processor's second cache meanwhile.
 constexpr Index kBlocksPerPiece = 16;
 
-/// The lower triangle of the matrix in the order of elimination, by columns.
-struct OrderedMatrix {
-    std::vector<std::int64_t> offsets;
-    std::unique_ptr<Index[]> rows;
-    std::unique_ptr<double[]> values;
-
-    OrderedMatrix(const SparseMatrix& lower, const std::vector<Index>& order, const Execution& execution)
-        : offsets(order.size() + 1, 0) {
-        const auto size = static_cast<Index>(order.size());
-        std::vector<Index> place(size);
-        for (Index k = 0; k < size; ++k)
-            place[order[k]] = k;
-        const auto each_entry = [&](const auto& action) {
-            for (Index column = 0; column < size; ++column) {
-                execution.check_every(column);
-                for (std::int64_t k = lower.outerIndexPtr()[column]; k < lower.outerIndexPtr()[column + 1]; ++k) {
-                    const std::int64_t row = lower.innerIndexPtr()[k];
-                    if (row < column) continue;
-                    const auto ends = std::minmax(place[row], place[column]);
-                    action(ends.second, ends.first, lower.valuePtr()[k]);
-                }
-            }
-        };
-        each_entry([&](Index, Index column, double) { ++offsets[column + 1]; });
-        std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-        rows.reset(new Index[offsets.back()]);
-        values.reset(new double[offsets.back()]);
-        std::vector<std::int64_t> next(offsets.begin(), offsets.end() - 1);
-        each_entry([&](Index row, Index column, double value) {
-            rows[next[column]] = row;
-            values[next[column]++] = value;
-        });
-    }
+struct Entry {
+    Index row;
+    double value;
 };
+
+/// The lower triangle of the matrix in the order of elimination, by columns.
+Grouped<Entry> in_order(const SparseMatrix& lower, const std::vector<Index>& order, const Execution& execution) {
+    const auto size = static_cast<Index>(order.size());
+    std::vector<Index> place(size);
+    for (Index k = 0; k < size; ++k)
+        place[order[k]] = k;
+    return grouped<Entry>(size, [&](const auto& visit) {
+        for (Index column = 0; column < size; ++column) {
+            execution.check_every(column);
+            for (SparseMatrix::InnerIterator entry(lower, column); entry; ++entry) {
+                if (entry.row() < column) continue;
+                const auto ends = std::minmax(place[entry.row()], place[column]);
+                visit(ends.first, {ends.second, entry.value()});
+            }
+        }
+    });
+}
 
 /// What a supernode leaves, in the shape of its front.
 using Rest = std::unique_ptr<double[]>;
@@ -62,7 +49,7 @@ class Fronts {
           kernels_(kernels),
           sink_(sink),
           execution_(execution),
-          matrix_(lower, pattern.order, execution),
+          matrix_(in_order(lower, pattern.order, execution)),
           rests_(pattern.count()),
           children_(grouped<Index>(pattern.count(), [&](const auto& visit) {
               for (Index s = 0; s < pattern.count(); ++s) {
@@ -111,8 +98,8 @@ class Fronts {
         const Index first = pattern_.first_column[s];
         for (Index c = 0; c < shape.width; ++c) {
             double* const column = worker.panel.get() + c * kBlockRows;
-            for (std::int64_t k = matrix_.offsets[first + c]; k < matrix_.offsets[first + c + 1]; ++k)
-                column[worker.places[worker.position[matrix_.rows[k]]]] += matrix_.values[k];
+            for (const Entry& entry : matrix_.of(first + c))
+                column[worker.places[worker.position[entry.row]]] += entry.value;
         }
         for (const Index child : children_.of(s)) {
             add_child(child, s, shape, worker);
@@ -167,7 +154,7 @@ class Fronts {
     const FrontKernels& kernels_;
     const PanelSink& sink_;
     const Execution& execution_;
-    OrderedMatrix matrix_;
+    Grouped<Entry> matrix_;
     std::vector<Rest> rests_;  // of each supernode, until its parent has taken it
     Grouped<Index> children_;
 };

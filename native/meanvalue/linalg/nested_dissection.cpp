@@ -44,16 +44,16 @@ std::vector<Part> split(const Part& whole, const std::vector<Side>& sides, std::
         number[seed] = 0;
         for (std::size_t k = 0; k < queue.size(); ++k) {
             const Index v = queue[k];
-            work.add(4 + graph.degree(v));
-            for (const Index* u = graph.begin(v); u != graph.end(v); ++u) {
-                if (sides[*u] == Side::kBetween) continue;
-                if (number[*u] < 0) {
-                    number[*u] = static_cast<Index>(queue.size());
-                    queue.push_back(*u);
+            work.add(4 + graph.of(v).size());
+            for (const Index u : graph.of(v)) {
+                if (sides[u] == Side::kBetween) continue;
+                if (number[u] < 0) {
+                    number[u] = static_cast<Index>(queue.size());
+                    queue.push_back(u);
                 }
-                part.graph.neighbours.push_back(number[*u]);
+                part.graph.items.push_back(number[u]);
             }
-            part.graph.offsets.push_back(static_cast<std::int64_t>(part.graph.neighbours.size()));
+            part.graph.offsets.push_back(static_cast<std::int64_t>(part.graph.items.size()));
             part.vertices.push_back(whole.vertices[v]);
         }
         place += part.graph.size();
@@ -67,11 +67,11 @@ std::vector<Part> split(const Part& whole, const std::vector<Side>& sides, std::
 
 std::vector<Index> by_minimum_degree(const Graph& graph) {
     Eigen::SparseMatrix<char, Eigen::ColMajor, Index> matrix(graph.size(), graph.size());
-    matrix.resizeNonZeros(static_cast<Eigen::Index>(graph.neighbours.size()) + graph.size());
+    matrix.resizeNonZeros(static_cast<Eigen::Index>(graph.items.size()) + graph.size());
     Index* row = matrix.innerIndexPtr();
     for (Index v = 0; v < graph.size(); ++v) {
         *row++ = v;
-        row = std::copy(graph.begin(v), graph.end(v), row);
+        row = std::copy(graph.of(v).begin(), graph.of(v).end(), row);
         matrix.outerIndexPtr()[v + 1] = static_cast<Index>(row - matrix.innerIndexPtr());
     }
     Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> found;

@@ -51,77 +51,56 @@ std::vector<Index> find_begins(const EliminationTree& tree) {
         }
     }
     std::vector<Index> begins;
-    for (auto each = found.rbegin(); each != found.rend(); ++each)
-        begins.push_back(each->begin);
+    for (auto each = found.rbegin(); each != found.rend(); ++each) {
+        // As a chain of supernodes where they are too many for one.
+        for (Index column = 0; column < static_cast<Index>(each->count); column += SupernodalPattern::kMostColumns)
+            begins.push_back(each->begin + column);
+    }
     begins.push_back(size);
     return begins;
-}
-
-/// Columns of one supernode, with the rows below them: as a chain of supernodes where they are too many for one.
-void write_down(Index begin, Index end, const std::vector<Index>& rows_below, SupernodalPattern& pattern) {
-    for (Index first = begin; first < end; first = pattern.first_column.back()) {
-        for (Index column = first; column < end; ++column)
-            pattern.rows.push_back(column);
-        pattern.rows.insert(pattern.rows.end(), rows_below.begin(), rows_below.end());
-        pattern.first_column.push_back(std::min(first + SupernodalPattern::kMostColumns, end));
-        pattern.first_row.push_back(static_cast<std::int64_t>(pattern.rows.size()));
-    }
-}
-
-/// What depends on the numbers of supernodes.
-std::vector<Index> parents_of(const SupernodalPattern& pattern) {
-    std::vector<Index> owner(pattern.size());
-    for (Index s = 0; s < pattern.count(); ++s)
-        std::fill(owner.begin() + pattern.first_column[s], owner.begin() + pattern.first_column[s + 1], s);
-    std::vector<Index> parents(pattern.count(), -1);
-    for (Index s = 0; s < pattern.count(); ++s) {
-        if (pattern.row_count(s) > pattern.width(s)) parents[s] = owner[pattern.rows_of(s)[pattern.width(s)]];
-    }
-    return parents;
 }
 
 /// The rows of each supernode below its own columns: those that the matrix has, and what its children leave.
 SupernodalPattern find_rows(const Graph& graph, const EliminationTree& tree, const Execution& execution) {
     SupernodalPattern pattern;
     pattern.order = tree.vertex;
-    const std::vector<Index> begins = find_begins(tree);
-    // Lists of children, each the last supernode of its chain: the first one by the parent's last column.
-    std::vector<Index> first_child(graph.size(), -1);
-    std::vector<Index> next_sibling;
-    std::vector<Index> last_column(graph.size());
-    for (std::size_t s = 0; s + 1 < begins.size(); ++s)
-        std::fill(last_column.begin() + begins[s], last_column.begin() + begins[s + 1], begins[s + 1] - 1);
+    pattern.first_column = find_begins(tree);
+    pattern.parents.assign(pattern.count(), -1);
+    std::vector<Index> owner(graph.size());  // of each column
+    for (Index s = 0; s < pattern.count(); ++s)
+        std::fill(owner.begin() + pattern.first_column[s], owner.begin() + pattern.first_column[s + 1], s);
+    // Lists of children.
+    std::vector<Index> first_child(pattern.count(), -1);
+    std::vector<Index> next_sibling(pattern.count(), -1);
     std::vector<Index> seen_by(graph.size(), -1);
-    std::vector<Index> rows;
+    std::vector<Index> below;
     WorkMeter work(execution);
-    for (std::size_t s = 0; s + 1 < begins.size(); ++s) {
-        const Index end = begins[s + 1];
-        rows.clear();
+    for (Index s = 0; s < pattern.count(); ++s) {
+        const Index end = pattern.first_column[s + 1];
+        below.clear();
         const auto add = [&](Index row) {
-            if (row < end || std::exchange(seen_by[row], end) == end) return;
-            rows.push_back(row);
+            if (row < end || std::exchange(seen_by[row], s) == s) return;
+            below.push_back(row);
         };
-        for (Index column = begins[s]; column < end; ++column) {
-            const Index vertex = tree.vertex[column];
-            work.add(4 + graph.degree(vertex));
-            for (const Index* u = graph.begin(vertex); u != graph.end(vertex); ++u)
-                add(tree.place[*u]);
+        for (Index column = pattern.first_column[s]; column < end; ++column) {
+            pattern.rows.push_back(column);
+            const auto neighbours = graph.of(tree.vertex[column]);
+            work.add(4 + neighbours.size());
+            for (const Index u : neighbours)
+                add(tree.place[u]);
         }
-        for (Index child = first_child[end - 1]; child >= 0; child = next_sibling[child]) {
+        for (Index child = first_child[s]; child >= 0; child = next_sibling[child]) {
             work.add(pattern.row_count(child));
             std::for_each(pattern.rows_of(child) + pattern.width(child), pattern.rows_of(child + 1), add);
         }
-        std::sort(rows.begin(), rows.end());
-        write_down(begins[s], end, rows, pattern);
-        work.add(pattern.row_count(pattern.count() - 1));
-        next_sibling.resize(pattern.count(), -1);
-        if (!rows.empty()) {
-            Index& first = first_child[last_column[rows.front()]];
-            next_sibling.back() = std::exchange(first, pattern.count() - 1);
-        }
+        std::sort(below.begin(), below.end());
+        pattern.rows.insert(pattern.rows.end(), below.begin(), below.end());
+        pattern.first_row.push_back(static_cast<std::int64_t>(pattern.rows.size()));
+        if (below.empty()) continue;
+        pattern.parents[s] = owner[below.front()];
+        next_sibling[s] = std::exchange(first_child[pattern.parents[s]], s);
     }
     pattern.rows.shrink_to_fit();
-    pattern.parents = parents_of(pattern);
     return pattern;
 }
 

@@ -259,15 +259,13 @@ SurfaceWays SurfaceWays::coarser(Index& vertex) const {
             for (const Step& step : steps_of(v))
                 result.steps_.items.push_back({number, group[step.to], step.length, step.gap});
         };
-        result.neighbours_.offsets.push_back(static_cast<std::int64_t>(result.neighbours_.items.size()));
-        result.steps_.offsets.push_back(static_cast<std::int64_t>(result.steps_.items.size()));
-        result.part_of_.push_back(group[part_of_[middle]]);
         take(middle);
         for (const Index neighbour : neighbours_.of(middle))
             take(neighbour);
+        result.neighbours_.offsets.push_back(static_cast<std::int64_t>(result.neighbours_.items.size()));
+        result.steps_.offsets.push_back(static_cast<std::int64_t>(result.steps_.items.size()));
+        result.part_of_.push_back(group[part_of_[middle]]);
     }
-    result.neighbours_.offsets.push_back(static_cast<std::int64_t>(result.neighbours_.items.size()));
-    result.steps_.offsets.push_back(static_cast<std::int64_t>(result.steps_.items.size()));
     return result;
 }
 

@@ -34,7 +34,7 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
         const auto note = [&](Index u) {
             if (seen_by[u] == v) return;
             seen_by[u] = v;
-            graph.neighbours.push_back(u);
+            graph.items.push_back(u);
         };
         const auto note_row = [&](Index row) {
             work.add(1 + valence(row));
@@ -44,7 +44,7 @@ Graph graph_of_rows(const Encoding& encoding, const Execution& execution) {
         note_row(v);
         for (const Index row : uses.of(v))
             note_row(row);
-        graph.offsets.push_back(static_cast<std::int64_t>(graph.neighbours.size()));
+        graph.offsets.push_back(static_cast<std::int64_t>(graph.items.size()));
     }
     return graph;
 }

@@ -202,12 +202,8 @@ Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns,
     GaussNewtonSystem system = linearise(encoding, unknowns, base, &fixed_moves, execution);
     Eigen::VectorXd direction;
     Positions result = base + fixed_moves;
-    if (solve_step(system.matrix, system.gradient, cholesky, options.threads, execution, direction)) {
+    if (solve_step(system.matrix, system.gradient, cholesky, options.threads, execution, direction))
         move_free(unknowns, base, direction, 1.0, result);
-    } else {
-        for (const Index v : unknowns.free)
-            result.row(v) = base.row(v);
-    }
     return result;
 }
 

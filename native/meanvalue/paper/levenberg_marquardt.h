@@ -31,7 +31,7 @@ DecodeReport minimise(const Encoding& encoding, const Unknowns& unknowns, Sparse
 
 /// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
 /// the free ones follow smoothly instead of being left behind.
-/// @param base n x 3; @param fixed_moves n x 3, of which the fixed vertices' rows are read.
+/// @param base n x 3; @param fixed_moves n x 3, zero in the rows of free vertices.
 /// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
 Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
                              const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
