@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/ring_extension.h"
 
 namespace meanvalue {
 namespace {
@@ -40,7 +41,8 @@ Coarsening::Coarsening(const OneRings& rings, const PositionsView& positions, co
                        const CoarseningOptions& options, int threads, const Execution& execution)
     : mesh_(rings, execution),
       positions_(positions),
-      rules_(mesh_, rings, positions, is_fixed, options),
+      is_fixed_(is_fixed),
+      rules_(find_removal_rules(rings, positions, is_fixed, options)),
       threads_(threads),
       execution_(execution),
       unit_(cost_unit(rings, positions)),
@@ -66,11 +68,11 @@ void Coarsening::coarsen_to(Index count, Vertices& order) {
         Vertices list;
         list.swap(waiting_[lowest_]);
         list = look_at(list, static_cast<std::int32_t>(lowest_));
-        Vertices chosen;
-        choose(list, chosen, waiting_[lowest_]);
+        auto [chosen, others] = choose(list);
+        append(waiting_[lowest_], others);
         Index most = remaining_ - count;
         const auto end =
-            std::find_if(chosen.begin(), chosen.end(), [&](Index v) { return !rules_.is_fixed(v) && most-- == 0; });
+            std::find_if(chosen.begin(), chosen.end(), [&](Index v) { return !is_fixed_[v] && most-- == 0; });
         for (auto late = end; late != chosen.end(); ++late) {
             states_[*late].waits = true;
             waiting_[lowest_].push_back(*late);
@@ -80,12 +82,23 @@ void Coarsening::coarsen_to(Index count, Vertices& order) {
     }
 }
 
-template <typename Result, typename Body>
-std::vector<Result> Coarsening::in_pieces(Index count, const Body& body) const {
-    std::vector<Result> results(piece_count(count));
-    const auto run = [&](Index piece, Index begin, Index end) { body(begin, end, results[piece]); };
-    parallel_pieces(count, threads_, execution_, run);
-    return results;
+template <typename Visit>
+Coarsening::Sorted Coarsening::sort_out(const Vertices& vertices, const Visit& visit) const {
+    const auto count = static_cast<Index>(vertices.size());
+    std::vector<Sorted> pieces(piece_count(count));
+    parallel_pieces(count, threads_, execution_, [&](Index piece, Index begin, Index end) {
+        Tools tools{CollapseCost(positions_, unit_), RingEncoder(positions_)};
+        for (Index k = begin; k < end; ++k) {
+            fetch_ahead(vertices, k, end);
+            visit(vertices[k], tools, pieces[piece]);
+        }
+    });
+    Sorted all;
+    for (const Sorted& piece : pieces) {
+        append(all.first, piece.first);
+        append(all.others, piece.others);
+    }
+    return all;
 }
 
 /// What is known around the vertices that come after number k and before `end`. A round sweeps over the whole mesh:
@@ -109,41 +122,28 @@ void Coarsening::fetch_ahead(const Vertices& vertices, Index k, Index end) const
 /// Finds the cheapest collapse of those that it is not known of, and lets them wait in its class. Those of up to
 /// `cost_class` are returned instead, and claim their rings.
 Coarsening::Vertices Coarsening::look_at(const Vertices& vertices, std::int32_t cost_class) {
-    struct Found {
-        Vertices cheap;
-        Vertices others;
-    };
     ++round_;
-    const auto found =
-        in_pieces<Found>(static_cast<Index>(vertices.size()), [&](Index begin, Index end, Found& result) {
-            CollapseCost cost(positions_, unit_);
-            for (Index k = begin; k < end; ++k) {
-                fetch_ahead(vertices, k, end);
-                const Index vertex = vertices[k];
-                State& state = states_[vertex];
-                if (!state.is_fresh) {
-                    state.is_fresh = true;
-                    state.waits = false;
-                    if (!rules_.is_removable(vertex) || !rules_.is_short(vertex)) continue;
-                    const Collapse cheapest = rules_.cheapest(vertex, cost);
-                    if (cheapest.to < 0) continue;
-                    state = {class_of(cheapest.cost), cheapest.to, true, true};
-                }
-                if (state.cost_class > cost_class) {
-                    result.others.push_back(vertex);
-                } else {
-                    claim(vertex);
-                    result.cheap.push_back(vertex);
-                }
-            }
-        });
-    Vertices cheap;
-    for (const Found& piece : found) {
-        append(cheap, piece.cheap);
-        for (const Index vertex : piece.others)
-            waiting_[states_[vertex].cost_class].push_back(vertex);
-    }
-    return cheap;
+    Sorted found = sort_out(vertices, [&](Index vertex, Tools& tools, Sorted& sorted) {
+        State& state = states_[vertex];
+        if (!state.is_fresh) {
+            state.is_fresh = true;
+            state.waits = false;
+            if (!mesh_.is_manifold(vertex) || rules_.stays[vertex] || is_hub(vertex)) return;
+            tools.cost.set_vertex(vertex, mesh_.ring(vertex));
+            const Collapse cheapest = tools.cost.cheapest([&](Index to) { return rules_.may_become(vertex, to); });
+            if (cheapest.to < 0) return;
+            state = {class_of(cheapest.cost), cheapest.to, true, true};
+        }
+        if (state.cost_class > cost_class) {
+            sorted.others.push_back(vertex);
+        } else {
+            claim(vertex);
+            sorted.first.push_back(vertex);
+        }
+    });
+    for (const Index vertex : found.others)
+        waiting_[states_[vertex].cost_class].push_back(vertex);
+    return std::move(found.first);
 }
 
 /// Lower than all claims of earlier rounds.
@@ -171,62 +171,49 @@ bool Coarsening::has_its_ring(Index vertex) const {
     return has(vertex) && std::all_of(ring.begin(), ring.end(), has);
 }
 
+/// Whether the vertex can be put back by equation 7 and 13 without amplifying errors.
+bool Coarsening::has_good_stencil(Index vertex, RingEncoder& encoder) const {
+    const RingView ring = mesh_.ring(vertex);
+    if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
+    return (encoder.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
+}
+
 /// What the vertex is merged into, by its cheapest legal collapse; or -1 where it has none for now.
 /// @pre its state is fresh.
-Index Coarsening::destination(Index vertex, CollapseCost& cost, RingEncoder& encoder) const {
+Index Coarsening::destination(Index vertex, Tools& tools) const {
     // A fixed vertex is never put back, so it needs no stencil.
-    if (!rules_.is_fixed(vertex) && !rules_.has_good_stencil(vertex, encoder)) return -1;
+    if (!is_fixed_[vertex] && !has_good_stencil(vertex, tools.encoder)) return -1;
     const Index to = states_[vertex].to;
     if (mesh_.can_collapse(vertex, to)) return to;
-    cost.set_vertex(vertex, mesh_.ring(vertex));
+    tools.cost.set_vertex(vertex, mesh_.ring(vertex));
     const auto is_legal = [&](Index target) {
         return rules_.may_become(vertex, target) && mesh_.can_collapse(vertex, target);
     };
-    return cost.cheapest(is_legal).to;
+    return tools.cost.cheapest(is_legal).to;
 }
 
 /// Of the vertices those that have their rings and a collapse, and those that have not their rings.
-void Coarsening::choose(const Vertices& vertices, Vertices& chosen, Vertices& others) {
-    struct Found {
-        Vertices chosen;
-        Vertices others;
-    };
-    const auto found =
-        in_pieces<Found>(static_cast<Index>(vertices.size()), [&](Index begin, Index end, Found& result) {
-            CollapseCost cost(positions_, unit_);
-            RingEncoder encoder(positions_);
-            for (Index k = begin; k < end; ++k) {
-                fetch_ahead(vertices, k, end);
-                const Index vertex = vertices[k];
-                if (!has_its_ring(vertex)) {
-                    result.others.push_back(vertex);
-                    continue;
-                }
-                State& state = states_[vertex];
-                state.waits = false;
-                state.to = destination(vertex, cost, encoder);
-                if (state.to >= 0) result.chosen.push_back(vertex);
-            }
-        });
-    for (const Found& piece : found) {
-        append(chosen, piece.chosen);
-        append(others, piece.others);
-    }
+Coarsening::Sorted Coarsening::choose(const Vertices& vertices) {
+    return sort_out(vertices, [&](Index vertex, Tools& tools, Sorted& sorted) {
+        if (!has_its_ring(vertex)) {
+            sorted.others.push_back(vertex);
+            return;
+        }
+        State& state = states_[vertex];
+        state.waits = false;
+        state.to = destination(vertex, tools);
+        if (state.to >= 0) sorted.first.push_back(vertex);
+    });
 }
 
 void Coarsening::remove(const Vertices& chosen, Vertices& order) {
     append(order, chosen);
     for (const Index vertex : chosen) {
-        if (!rules_.is_fixed(vertex)) {
-            recorder_.add(vertex, mesh_.ring(vertex));
-            --remaining_;
-        }
-        if (rules_.is_soft(vertex)) soft_merges_.push_back({vertex, states_[vertex].to});
+        if (is_fixed_[vertex]) continue;
+        recorder_.add(vertex, mesh_.ring(vertex));
+        --remaining_;
+        if (rules_.part[vertex] >= 0) soft_merges_.push_back({vertex, states_[vertex].to});
     }
-    struct Done {
-        Vertices woken;
-        Vertices at_hubs;  // not removed yet
-    };
     const auto remove_one = [&](Index vertex, Vertices& woken) {
         for (const Index neighbour : mesh_.ring(vertex)) {
             State& state = states_[neighbour];
@@ -236,22 +223,17 @@ void Coarsening::remove(const Vertices& chosen, Vertices& order) {
         }
         mesh_.collapse(vertex, states_[vertex].to);
     };
-    const auto done = in_pieces<Done>(static_cast<Index>(chosen.size()), [&](Index begin, Index end, Done& result) {
-        for (Index k = begin; k < end; ++k) {
-            fetch_ahead(chosen, k, end);
-            const RingView ring = mesh_.ring(chosen[k]);
-            if (std::any_of(ring.begin(), ring.end(), [&](Index v) { return is_hub(v); })) {
-                result.at_hubs.push_back(chosen[k]);
-            } else {
-                remove_one(chosen[k], result.woken);
-            }
+    const auto [woken, at_hubs] = sort_out(chosen, [&](Index vertex, Tools&, Sorted& sorted) {
+        const RingView ring = mesh_.ring(vertex);
+        if (std::any_of(ring.begin(), ring.end(), [&](Index v) { return is_hub(v); })) {
+            sorted.others.push_back(vertex);
+        } else {
+            remove_one(vertex, sorted.first);
         }
     });
-    for (const Done& piece : done) {
-        append(waiting_[lowest_], piece.woken);
-        for (const Index vertex : piece.at_hubs)
-            remove_one(vertex, waiting_[lowest_]);
-    }
+    append(waiting_[lowest_], woken);
+    for (const Index vertex : at_hubs)
+        remove_one(vertex, waiting_[lowest_]);
 }
 
 }  // namespace meanvalue

@@ -7,6 +7,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/encoding/ring_encoder.h"
+#include "meanvalue/hierarchy/collapse_cost.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/hierarchy/removal_rules.h"
 #include "meanvalue/mesh/ring_mesh.h"
@@ -46,22 +48,35 @@ class Coarsening {
         bool waits = true;            // else it is not looked at again until its ring changes
     };
     using Vertices = std::vector<Index>;
+    struct Sorted {
+        Vertices first;
+        Vertices others;
+    };
+    /// Scratch memory of one thread.
+    struct Tools {
+        CollapseCost cost;
+        RingEncoder encoder;
+    };
 
     void fetch_ahead(const Vertices& vertices, Index k, Index end) const;
     Vertices look_at(const Vertices& vertices, std::int32_t cost_class);
-    bool is_hub(Index vertex) const { return !rules_.is_short(vertex); }
+    /// It can have no collapse. Looking at longer rings, at each change of one, would be cubic in the valence; such a
+    /// vertex is considered once its ring has shrunk.
+    bool is_hub(Index vertex) const { return mesh_.ring(vertex).valence > RingMesh::kLongestRemovable; }
     void claim(Index vertex);
     bool has_its_ring(Index vertex) const;
-    Index destination(Index vertex, CollapseCost& cost, RingEncoder& encoder) const;
-    void choose(const Vertices& vertices, Vertices& chosen, Vertices& others);
+    bool has_good_stencil(Index vertex, RingEncoder& encoder) const;
+    Index destination(Index vertex, Tools& tools) const;
+    Sorted choose(const Vertices& vertices);
     void remove(const Vertices& chosen, Vertices& order);
     std::uint64_t claim_of(Index vertex) const;
-    /// What body(begin, end, result) makes of each piece of [0, count), in order.
-    template <typename Result, typename Body>
-    std::vector<Result> in_pieces(Index count, const Body& body) const;
+    /// Where visit(vertex, tools, sorted) puts each of the vertices, in their order.
+    template <typename Visit>
+    Sorted sort_out(const Vertices& vertices, const Visit& visit) const;
 
     RingMesh mesh_;
     const PositionsView& positions_;
+    const std::vector<char>& is_fixed_;
     RemovalRules rules_;
     int threads_;
     const Execution& execution_;

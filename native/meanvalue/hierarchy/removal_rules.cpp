@@ -1,36 +1,83 @@
 #include "meanvalue/hierarchy/removal_rules.h"
 
-#include "meanvalue/encoding/ring_extension.h"
+#include <algorithm>
 
 namespace meanvalue {
+namespace {
 
-RemovalRules::RemovalRules(const RingMesh& mesh, const OneRings& rings, const PositionsView& positions,
-                           const std::vector<char>& is_fixed, const CoarseningOptions& options)
-    : mesh_(mesh), positions_(positions), is_fixed_(is_fixed) {
-    if (options.thin_out_fixed) parts_ = find_fixed_parts(rings, positions, is_fixed, options.handles);
-    if (!options.is_soft.empty()) soft_parts_ = find_fixed_parts(rings, positions, options.is_soft, options.handles);
+/// Adds the vertex of `part` with the largest measure(position) that does not stay yet.
+template <typename Measure>
+Vector3 add_extreme(const std::vector<Index>& part, const PositionsView& positions, const Measure& measure,
+                    std::vector<char>& stays) {
+    Index best = -1;
+    double largest = -1.0;
+    for (const Index v : part) {
+        if (stays[v]) continue;
+        const double value = measure(Vector3(positions.row(v)));
+        if (value > largest) {
+            largest = value;
+            best = v;
+        }
+    }
+    stays[best] = 1;
+    return positions.row(best);
 }
 
-bool RemovalRules::is_removable(Index vertex) const {
-    if (!mesh_.is_manifold(vertex)) return false;
-    if (is_soft(vertex)) return !soft_parts_.is_extreme[vertex];
-    return !is_fixed_[vertex] || (!parts_.part.empty() && !parts_.is_extreme[vertex]);
+void choose_extremes(const std::vector<Index>& part, const PositionsView& positions, std::vector<char>& stays) {
+    if (part.size() <= 4) {
+        for (const Index v : part)
+            stays[v] = 1;
+        return;
+    }
+    Vector3 middle = Vector3::Zero();
+    for (const Index v : part)
+        middle += Vector3(positions.row(v));
+    middle /= static_cast<double>(part.size());
+    const auto from = [](const Vector3& place) {
+        return [&place](const Vector3& p) { return (p - place).squaredNorm(); };
+    };
+    const Vector3 first = add_extreme(part, positions, from(middle), stays);
+    const Vector3 second = add_extreme(part, positions, from(first), stays);
+    const Vector3 axis = second - first;
+    const Vector3 third = add_extreme(
+        part, positions, [&](const Vector3& p) { return axis.cross(p - first).squaredNorm(); }, stays);
+    const auto from_nearest = [&](const Vector3& p) {
+        return std::min({(p - first).squaredNorm(), (p - second).squaredNorm(), (p - third).squaredNorm()});
+    };
+    add_extreme(part, positions, from_nearest, stays);
 }
 
-bool RemovalRules::may_become(Index vertex, Index to) const {
-    if (is_soft(vertex)) return soft_parts_.part[vertex] == soft_parts_.part[to];
-    return !is_fixed_[vertex] || parts_.part[vertex] == parts_.part[to];
-}
+}  // namespace
 
-Collapse RemovalRules::cheapest(Index vertex, CollapseCost& cost) const {
-    cost.set_vertex(vertex, mesh_.ring(vertex));
-    return cost.cheapest([&](Index to) { return may_become(vertex, to); });
-}
-
-bool RemovalRules::has_good_stencil(Index vertex, RingEncoder& encoder) const {
-    const RingView ring = mesh_.ring(vertex);
-    if (!spans_a_plane(positions_, ring.vertices, ring.valence)) return false;
-    return (encoder.encode(vertex, ring.vertices, ring.valence) & ~kOnRingEdge) == 0;
+RemovalRules find_removal_rules(const OneRings& rings, const PositionsView& positions,
+                                const std::vector<char>& is_fixed, const CoarseningOptions& options) {
+    RemovalRules rules;
+    rules.part.assign(is_fixed.size(), -1);
+    rules.stays.assign(is_fixed.size(), 0);
+    const auto is_soft = [&](Index v) { return !options.is_soft.empty() && options.is_soft[v] != 0; };
+    const auto handle_of = [&](Index v) { return options.handles.empty() ? 0 : options.handles[v]; };
+    const auto are_alike = [&](Index a, Index b) {
+        return is_fixed[a] == is_fixed[b] && is_soft(a) == is_soft(b) && handle_of(a) == handle_of(b);
+    };
+    Index count = 0;
+    std::vector<Index> members;
+    for (Index seed = 0; seed < rings.vertex_count(); ++seed) {
+        if (is_fixed[seed] && !options.thin_out_fixed) rules.stays[seed] = 1;
+        const bool is_of_part = is_soft(seed) || (is_fixed[seed] && options.thin_out_fixed);
+        if (!is_of_part || rules.part[seed] >= 0) continue;
+        members.assign(1, seed);
+        rules.part[seed] = count;
+        for (std::size_t k = 0; k < members.size(); ++k) {
+            for (const Index* j = rings.begin(members[k]); j != rings.end(members[k]); ++j) {
+                if (rules.part[*j] >= 0 || !are_alike(*j, seed)) continue;
+                rules.part[*j] = count;
+                members.push_back(*j);
+            }
+        }
+        choose_extremes(members, positions, rules.stays);
+        ++count;
+    }
+    return rules;
 }
 
 }  // namespace meanvalue
