@@ -1,6 +1,5 @@
 #include "meanvalue/deform/binding_input.h"
 
-#include <cmath>
 #include <iomanip>
 
 #include "meanvalue/common/checks.h"

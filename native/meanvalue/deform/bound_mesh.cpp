@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <functional>
 #include <mutex>
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/grouped.h"
-#include "meanvalue/common/parallel.h"
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/decode/fast/fast_decoder.h"
-#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/example_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/one_ring.h"
@@ -108,9 +105,9 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
         loose_parts_ = LooseParts(rest(), *mesh_->faces, components, execution);
     }
     for (const Index v : anchors_)
-        is_of_loose_part_.push_back(components.fixed[components.part_of[v]].empty() ? 1 : 0);
+        is_of_loose_part_.push_back(components.is_loose(components.part_of[v]) ? 1 : 0);
     for (std::size_t v = 0; v < is_fixed_.size(); ++v) {  // loose parts are no unknowns
-        if (components.fixed[components.part_of[v]].empty()) is_fixed_[v] = 1;
+        if (components.is_loose(components.part_of[v])) is_fixed_[v] = 1;
     }
     report_.free_count = static_cast<Index>(std::count(is_fixed_.begin(), is_fixed_.end(), 0));
     if (method_ == Method::kFast)
@@ -149,7 +146,7 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
 void BoundMesh::find_parts(const Components& components, const BoundMesh* earlier, Execution& execution) {
     std::vector<char> may_move = mesh_->roi.value_or(std::vector<char>(is_fixed_.size(), 1));
     for (std::size_t v = 0; v < may_move.size(); ++v) {
-        may_move[v] = may_move[v] != 0 && !components.fixed[components.part_of[v]].empty() ? 1 : 0;
+        may_move[v] = may_move[v] != 0 && !components.is_loose(components.part_of[v]) ? 1 : 0;
     }
     is_outside_ = without_small_patches(is_fixed_, may_move, *mesh_->faces, execution);
     const bool is_same = earlier != nullptr && is_outside_ == earlier->is_outside_;

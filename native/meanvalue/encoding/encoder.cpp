@@ -33,8 +33,9 @@ RingReplacements replace_degenerate_rings(const OneRings& rings, const Positions
     return replacements;
 }
 
-void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, const Execution& execution,
-                   Encoding& encoding) {
+Encoding lay_out_rings(const OneRings& rings, const RingReplacements& replacements, bool with_cotangents,
+                       const Execution& execution) {
+    Encoding encoding;
     encoding.ring_offsets.reserve(rings.vertex_count() + 1);
     encoding.ring_offsets.push_back(0);
     encoding.ring.reserve(rings.vertices.size());
@@ -52,6 +53,8 @@ void lay_out_rings(const OneRings& rings, const RingReplacements& replacements, 
         numbers->resize(encoding.ring.size());
     encoding.softening.assign(rings.vertex_count(), 0.0);
     encoding.steep_offset.assign(rings.vertex_count(), -1);
+    if (with_cotangents) encoding.cotangents.resize(encoding.ring.size());
+    return encoding;
 }
 
 /// Fills the coefficients of one vertex whose ring is laid out; returns its GuardReason flags.
@@ -77,63 +80,41 @@ void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding
     encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
 }
 
-/// Takes the rings of unpredictable vertices out, so that predictable() tells and no coefficient is left unset.
-void drop_rings(const std::vector<std::uint8_t>& flags, const Execution& execution, Encoding& encoding) {
-    const auto compact = [&](auto& items) {
-        std::size_t kept = 0;
-        for (Index v = 0; v < encoding.vertex_count(); ++v) {
-            execution.check_every(v);
-            if ((flags[v] & kNotPredictable) != 0) continue;
-            for (Index k = encoding.ring_offsets[v]; k < encoding.ring_offsets[v + 1]; ++k) {
-                items[kept++] = items[k];
-            }
-        }
-        items.resize(kept);
-    };
-    compact(encoding.ring);
-    compact(encoding.weights);
-    if (!encoding.cotangents.empty()) compact(encoding.cotangents);
-    compact(encoding.heights);
-    std::vector<Index> offsets(1, 0);
-    for (Index v = 0; v < encoding.vertex_count(); ++v) {
-        const bool dropped = (flags[v] & kNotPredictable) != 0;
-        offsets.push_back(offsets.back() + (dropped ? 0 : encoding.ring_offsets[v + 1] - encoding.ring_offsets[v]));
-    }
-    encoding.ring_offsets = std::move(offsets);
-}
-
 }  // namespace
 
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution,
                 bool with_cotangents) {
     execution.begin_stage("encode");
-    const RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
+    RingReplacements replacements = replace_degenerate_rings(rings, positions, threads, execution);
     Encoding encoding;
-    lay_out_rings(rings, replacements, execution, encoding);
-    if (with_cotangents) encoding.cotangents.resize(encoding.ring.size());
-    std::vector<std::uint8_t> flags(rings.vertex_count(), 0);
-    parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
-        RingEncoder encoder(positions);
-        for (Index v = begin; v < end; ++v) {
-            if (rings.kinds[v] != RingKind::kAbsent) flags[v] = encode_vertex(encoder, v, encoding);
+    std::vector<std::uint8_t> flags;
+    for (bool is_done = false; !is_done;) {
+        encoding = lay_out_rings(rings, replacements, with_cotangents, execution);
+        flags.assign(rings.vertex_count(), 0);
+        parallel_for(rings.vertex_count(), threads, execution, [&](Index begin, Index end) {
+            RingEncoder encoder(positions);
+            for (Index v = begin; v < end; ++v) {
+                if (rings.kinds[v] != RingKind::kAbsent) flags[v] = encode_vertex(encoder, v, encoding);
+            }
+        });
+        // Rings that could not be encoded become empty ones, so that predictable() tells. They are rare.
+        is_done = true;
+        for (Index v = 0; v < rings.vertex_count(); ++v) {
+            if ((flags[v] & kNotPredictable) == 0 || !encoding.predictable(v)) continue;
+            replacements[v].clear();
+            is_done = false;
         }
-    });
+    }
     RingEncoder encoder(positions);
-    bool all_predictable = true;
     for (Index v = 0; v < rings.vertex_count(); ++v) {
         execution.check_every(v);
         if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
         if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
         if (flags[v] == 0) continue;
-        if ((flags[v] & kNotPredictable) != 0) {
-            all_predictable = false;
-        } else if ((flags[v] & kSteepEdge) != 0) {
-            append_steep_weights(encoder, v, encoding);
-        }
+        if ((flags[v] & kSteepEdge) != 0) append_steep_weights(encoder, v, encoding);
         encoding.guarded.push_back(v);
         encoding.guard_reasons.push_back(flags[v]);
     }
-    if (!all_predictable) drop_rings(flags, execution, encoding);
     execution.set_progress(1.0);
     return encoding;
 }

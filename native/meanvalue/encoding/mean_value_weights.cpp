@@ -1,6 +1,5 @@
 #include "meanvalue/encoding/mean_value_weights.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

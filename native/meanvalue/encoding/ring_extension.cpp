@@ -1,7 +1,6 @@
 #include "meanvalue/encoding/ring_extension.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <unordered_set>
 #include <utility>

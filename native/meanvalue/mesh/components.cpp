@@ -1,7 +1,5 @@
 #include "meanvalue/mesh/components.h"
 
-#include <Eigen/Geometry>
-
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/mesh/disjoint_sets.h"
 

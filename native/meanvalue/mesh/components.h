@@ -14,6 +14,8 @@ struct Components {
     std::vector<Component> parts;           ///< ordered by their first vertex
     std::vector<Index> part_of;             ///< n: the part of each vertex
     std::vector<std::vector<Index>> fixed;  ///< the fixed vertices and soft anchors of each part, ascending
+
+    bool is_loose(Index part) const { return fixed[part].empty(); }
 };
 
 /// Splits the mesh into parts that hang together by triangles; a loose vertex is a part of its own. Parts that share

@@ -18,12 +18,6 @@ RingMesh::RingMesh(const OneRings& rings, const Execution& execution) {
     }
 }
 
-Index RingMesh::valence_after(const RingView& from, Index to) const {
-    // `to` gains the ring of `from` but for itself and the neighbors they share, and loses `from`.
-    const Index shared = from.closed ? 2 : 1;
-    return heads_[to].valence - 1 + from.valence - 1 - shared;
-}
-
 bool RingMesh::can_collapse(Index from, Index to) const {
     if (!is_manifold(from) || !is_manifold(to)) return false;
     const RingView ring = this->ring(from);
@@ -33,7 +27,9 @@ bool RingMesh::can_collapse(Index from, Index to) const {
     if (place == ring.valence) return false;
     // A boundary vertex that moves inwards would cut the surface's corner off.
     if (!ring.closed && place != 0 && place != ring.valence - 1) return false;
-    const Index valence = valence_after(ring, to);
+    // `to` gains the ring of `from` but for itself and the neighbors they share, and loses `from`.
+    const Index shared = ring.closed ? 2 : 1;
+    const Index valence = target.valence - 1 + ring.valence - 1 - shared;
     // Below that, two triangles back to back would be left of a tetrahedron.
     if (valence < (target.closed ? 3 : 2)) return false;
     if (valence > std::max(kLongestRing, target.valence)) return false;

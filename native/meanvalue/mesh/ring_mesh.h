@@ -73,7 +73,6 @@ class RingMesh {
         return static_cast<std::size_t>(heads_[vertex].block) * kLongestRing;
     }
     Index* ring_of(Index vertex) { return places_.data() + offset_of(vertex); }
-    Index valence_after(const RingView& from, Index to) const;
     void replace(Index vertex, Index old_neighbour, Index new_neighbour);
     void erase(Index vertex, Index neighbour);
 

@@ -7,8 +7,6 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
-#include <tuple>
-#include <utility>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/mesh/disjoint_sets.h"

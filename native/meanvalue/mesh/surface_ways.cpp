@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 #include <queue>
-#include <tuple>
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"

@@ -37,8 +37,8 @@ FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const T
                                Components components, int threads, const Execution& execution) {
     std::vector<char> may_follow = small_parts(shapes, components, execution);
     for (std::size_t part = 0; part < components.parts.size(); ++part) {
-        may_follow[part] &= components.fixed[part].empty() ? 1 : 0;
-        if (!may_follow[part] && components.fixed[part].empty())
+        may_follow[part] &= components.is_loose(part) ? 1 : 0;
+        if (!may_follow[part] && components.is_loose(part))
             components.fixed[part].push_back(components.parts[part].first_vertex);
     }
     if (std::count(may_follow.begin(), may_follow.end(), 1) == 0) return;
