@@ -101,6 +101,9 @@ class Settings:
         default=ids.BEND_EVERYWHERE,
         update=tell,
     )
+    show_joints: aside(BoolProperty)(
+        name="Show Joints", description="Tint the mesh where it bends in place of the region", update=tell
+    )
     stiffness_group: StringProperty(
         name="Limbs", description="Vertex group of limbs, without their joints", update=_paint
     )

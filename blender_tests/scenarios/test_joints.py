@@ -86,6 +86,42 @@ def test_without_weights_it_says_so_and_bends_everywhere():
     assert found.stiffness is None and found.bends.startswith("No bone of a rig has weights")
 
 
+@pytest.mark.parametrize("change", ["deform", "parent", "place"])
+def test_it_notices_that_bones_were_edited(change):
+    obj, armature = rigs.arm()
+    rigs.pin(obj, "Bottom", rigs.BOTTOM)
+    model = part("posing.bridge.scene_input").model(obj)
+    model.read(obj)
+    assert model.is_read(obj)
+    meshes.activate(armature)
+    if change == "deform":
+        armature.data.bones["Lower"].use_deform = False
+    else:
+        bpy.ops.object.mode_set(mode='EDIT')
+        bone = armature.data.edit_bones["Lower"]
+        bone.parent, bone.head = (None, bone.head) if change == "parent" else (bone.parent, (0.0, 1.0, 4.0))
+        bpy.ops.object.mode_set(mode='OBJECT')
+    handles.update()
+    assert not model.is_read(obj)
+
+
+def test_joints_are_tinted_in_place_of_the_region():
+    obj, _armature = rigs.arm()
+    rigs.pin(obj, "Bottom", rigs.BOTTOM)
+    steps.add_group(obj, "Region", range(40))
+    obj.meanvalue.roi_group = "Region"
+    look = part("posing.bridge.overlay_data").look
+    of_region = look(obj).tinted
+    obj.meanvalue.roi_group, obj.meanvalue.show_joints = "", True
+    handles.update()
+    found = look(obj)
+    height = found.positions[found.tinted, 2]
+    assert np.abs(height - rigs.ELBOW).max() < rigs.SHARE and found.freedom.max() == 1.0
+    obj.meanvalue.roi_group, obj.meanvalue.show_joints = "Region", False
+    handles.update()
+    assert np.array_equal(look(obj).tinted, of_region)
+
+
 def test_kept_poses_tell_from_two_on():
     obj, control = handles.tube()
     assert told(obj) == ""

@@ -25,7 +25,7 @@ def signature(obj):
     """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
     at = obj.meanvalue.bend_at
     if at == ids.BEND_RIG:
-        return tuple((compat.session_key(rig.data), len(rig.data.bones)) for rig in _rigs(obj))
+        return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones)) for rig in _rigs(obj))
     return examples.sliders(_kept_keys(obj)) if at == ids.BEND_POSES else ()
 
 
@@ -100,6 +100,14 @@ def _at_poses(obj, rest, corners, starts):
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:
         return None, shapes, "No kept pose bends it more in one place than in others: it bends everywhere"
     return found, shapes, f"Bends as {wording.counted(len(keys), 'kept pose')} do"
+
+
+def _quickly(bones):
+    """Where bones are, each seen from its parent, and which deform."""
+    places, deforms = np.empty(3 * len(bones), np.float32), np.empty(len(bones), bool)
+    bones.foreach_get("head", places)
+    bones.foreach_get("use_deform", deforms)
+    return places.tobytes(), deforms.tobytes()
 
 
 def _kept_keys(obj):

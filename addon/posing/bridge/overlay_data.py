@@ -13,7 +13,7 @@ import numpy as np
 
 from ... import compat
 from ...scene import kept, mesh_arrays, mirrors, object_model, shape_keys, shown_shape
-from ..core import bind_input, tinted_faces
+from ..core import bind_input, joints, tinted_faces
 from . import members, region, scene_input, targets
 
 
@@ -25,10 +25,11 @@ class Look:
     #: k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides.
     anchors: np.ndarray
     handles: np.ndarray  # k int32, number of the enabled handle of each
-    tinted: np.ndarray  # p int32, vertices of the region's faces; none if no region is set
+    tinted: np.ndarray  # p int32, vertices of the region's faces, or of those at joints; none if there are none
     freedom: np.ndarray  # p float32, how freely these move, 0 to 1
     corners: np.ndarray  # q x 3 int32, triangles of them, positions in `tinted`
     positions: np.ndarray  # n x 3 float32, where all vertices are to be seen
+    of_joints: bool = False  # what is tinted is where it bends
     palette: tuple = ()  # (red, green, blue, alpha) of each enabled handle
 
     @property
@@ -67,7 +68,7 @@ def look(obj):
     stamp = scene_input.shown(obj).stamp(obj)
     known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
     is_usable = known is not NOTHING and len(known.positions) == len(positions)
-    is_usable = is_usable and known.stamp.signature == stamp.signature
+    is_usable = is_usable and (known.stamp.signature, known.of_joints) == (stamp.signature, obj.meanvalue.show_joints)
     if not is_usable or (known.stamp != stamp and obj.mode == 'OBJECT'):  # a stroke of a brush is an edit
         known = _read(obj, stamp, positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
@@ -86,12 +87,16 @@ def _read(obj, stamp, positions):
         anchors, handles = np.append(anchors, twins[anchors][is_more]), np.append(handles, handles[is_more])
     anchors, handles = _outlined(anchors, handles, len(obj.data.vertices), *faces)
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
-    if obj.meanvalue.roi_group in obj.vertex_groups:
+    found, of_joints = scene_input.known(obj), obj.meanvalue.show_joints
+    if of_joints and found is not None and found.stiffness is not None:
+        freedom = joints.freedom(found.stiffness)
+    elif not of_joints and obj.meanvalue.roi_group in obj.vertex_groups:
         copies = kept.copies(obj, rest)
         freedom = scene_input.effective_region(region.known_weights(obj, 1.0), copies, twins)
+    if len(freedom):
         tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]
-    return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions)
+    return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions, of_joints)
 
 
 def _outlined(anchors, handles, vertex_count, corners, starts):

@@ -161,7 +161,9 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         rigidity = layout.column()
         rigidity.active = settings.method == ids.METHOD_FAST
         rigidity.prop(settings, "rigidity")
-        rigidity.prop(settings, "bend_at")
+        bend = rigidity.row(align=True)
+        bend.prop(settings, "bend_at")
+        bend.prop(settings, "show_joints", text="", icon='HIDE_OFF' if settings.show_joints else 'HIDE_ON')
         if settings.bend_at == ids.BEND_PAINTED:
             rigidity.prop_search(settings, "stiffness_group", subject.of(context), "vertex_groups")
         like = layout.row()
