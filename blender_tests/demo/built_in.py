@@ -2,6 +2,7 @@
 """The mesh that the demo models: the octopus of Figure 5."""
 
 import numpy as np
+from support import steps
 
 from . import creature, motion, scene_mesh
 from .subject import Subject, View
@@ -52,8 +53,8 @@ def octopus(model=None):
     )
     lift = Lift(model)
     roi = lift.tentacle | (np.linalg.norm(mesh.vertices - lift.root, axis=1) < ROI_RADIUS)
-    scene_mesh.add_vertex_group(obj, "tentacle region", np.flatnonzero(roi))
-    scene_mesh.add_vertex_group(obj, "tip", [lift.anchor])
+    steps.add_group(obj, "tentacle region", np.flatnonzero(roi))
+    steps.add_group(obj, "tip", [lift.anchor])
 
     targets = mesh.vertices.copy()
     targets[lift.anchor] = lift.target(LIFT_ANGLE_DEG)

@@ -93,12 +93,8 @@ def write_pose_key(obj, subject):
     """A new shape key with the anchors on their targets, as moving them in Edit Mode would leave it."""
     anchors = anchor_indices(obj, subject.handles)
     pose = positions(obj)
-    if obj.data.shape_keys is None:
-        obj.shape_key_add(name="Basis", from_mix=False)
-    key = obj.shape_key_add(name="Pose", from_mix=False)
-    obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(key.name)
     pose[anchors] = subject.targets[anchors]
-    obj.active_shape_key.data.foreach_set("co", pose.astype(np.float32).ravel())
+    steps.add_pose_key(obj).data.foreach_set("co", pose.astype(np.float32).ravel())
     obj.data.update_tag()
 
 

@@ -20,13 +20,6 @@ def new_object(name, vertices, polygons):
     return obj
 
 
-def add_vertex_group(obj, name, indices):
-    """Makes a vertex group of weight 1 at `indices`."""
-    group = obj.vertex_groups.new(name=name)
-    group.add([int(i) for i in indices], 1.0, "REPLACE")
-    return group
-
-
 def edges(obj):
     """Vertex indices of the mesh's edges, (e, 2)."""
     ends = np.empty(2 * len(obj.data.edges), dtype=np.int32)

@@ -16,10 +16,8 @@ from support.snapshot import assert_same, snapshot
 
 def test_an_unsaved_file_has_no_place_for_the_cache(tmp_path):
     obj, _control = animated_tube()
-    before = snapshot(obj)
-    with steps.refused("not saved yet", "shape keys"):
+    with steps.refused("not saved yet", "shape keys", unchanged=obj):
         bpy.ops.meanvalue.bake()
-    assert_same(before, snapshot(obj))
     bake(path=str(tmp_path / "own"))
     assert np.array_equal(played(obj, [3]), rows(tmp_path / "own.pc2")[2:3])
 

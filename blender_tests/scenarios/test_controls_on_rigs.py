@@ -22,8 +22,7 @@ def test_reset_puts_the_control_to_where_the_handle_is_seen():
     before = rigs.seen(obj)
     control = rigs.held(obj, "Part", MIDDLE)
     rigs.move_in_world(control, OFFSET)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    steps.run(obj, "reset_handles")
     update()
     assert np.allclose(control.matrix_world.translation, before[MIDDLE].mean(axis=0), atol=1e-4)
     assert np.abs(rigs.seen(obj) - before).max() < 1e-3
@@ -48,8 +47,7 @@ def test_apply_pose_keeps_what_is_seen():
     control = rigs.held(obj, "Part", MIDDLE)
     rigs.move_in_world(control, OFFSET)
     before = rigs.seen(obj)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    steps.run(obj, "apply_pose")
     update()
     update()
     assert np.abs(rigs.seen(obj) - before).max() < 1e-3
@@ -115,8 +113,7 @@ def test_a_bone_that_deforms_its_handle_in_part_is_reset():
     obj, armature, before = bone_carries(MIDDLE)
     rest = armature.pose.bones["Lower"].matrix.copy()
     rigs.bend(armature, 50.0)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    steps.run(obj, "reset_handles")
     update()
     assert np.abs(np.array(armature.pose.bones["Lower"].matrix) - np.array(rest)).max() < 1e-4
     assert np.abs(rigs.seen(obj)[MIDDLE] - before).max() < NEAR * rigs.size(obj)
@@ -140,8 +137,7 @@ def test_a_turn_on_an_object_scaled_unevenly_does_not_shear(is_scaled_first):
     update()
     control = control or rigs.handle(obj, "Top", TOP)
     if not is_scaled_first:
-        meshes.activate(obj)
-        assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+        steps.run(obj, "reset_handles")
         assert np.abs(rigs.seen(obj) - steps.key_positions(obj, "Basis")).max() < NEAR * rigs.size(obj)
     world = np.array(obj.matrix_world)
     before = (rigs.seen(obj) @ world[:3, :3].T + world[:3, 3])[TOP]

@@ -117,11 +117,7 @@ def test_the_octopus_follows_its_control_when_it_is_opened(part, tmp_path):
     solved = steps.key_positions(subject.obj, subject.obj.meanvalue.result_key)
     size = np.linalg.norm(np.ptp(pose.positions(subject.obj), axis=0))
     ready.to_be_tried(subject)
-    path = tmp_path / "octopus.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    bpy.ops.wm.open_mainfile(filepath=str(path))
-
-    obj = bpy.data.objects["Octopus"]
+    obj = steps.reopened(subject.obj, tmp_path / "octopus.blend")
     settings = obj.meanvalue
     control = settings.handles["tip"].control
     assert bpy.context.object == control and control.select_get() and settings.live

@@ -91,8 +91,7 @@ def test_a_slow_drag_changes_values_steadily_and_ends_where_a_jump_does(face):
 def test_keyframes_go_on_the_values(face, part):
     obj, control = face
     move(control, z=0.4)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    steps.run(obj, "keyframe_handles")
     keys = obj.data.shape_keys
     frames, keyed = part("scene.actions").read_keys(keys, 'key_blocks["Up L"].value')
     assert frames.tolist() == [1.0]
@@ -183,9 +182,7 @@ def test_undo_and_reloading_end_with_the_same_values(face, tmp_path):
     name = obj.name
     move(control, z=0.4)
     before = values(obj)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "driven.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "driven.blend"))
-    obj = bpy.data.objects[name]
+    obj = steps.reopened(obj, tmp_path / "driven.blend")
     bpy.context.view_layer.update()
     np.testing.assert_allclose(list(values(obj).values()), list(before.values()), atol=1e-5)
     bpy.ops.ed.undo_push(message="Before")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from support import handles, meshes, steps
 from support.handles import update
-from support.snapshot import assert_same, snapshot
 
 
 @pytest.fixture
@@ -46,10 +45,8 @@ def reverse_vertices(bm):
 def test_changed_mesh_asks_for_update(grid, status, edit):
     steps.solve()
     steps.edit_mesh(grid, edit)
-    before = snapshot(grid)
-    with steps.refused("Update"):
+    with steps.refused("Update", unchanged=grid):
         bpy.ops.meanvalue.solve_from_key()
-    assert_same(before, snapshot(grid))
     assert steps.is_stale(grid)
 
 
@@ -59,10 +56,8 @@ def test_an_edited_rest_shape_asks_for_update_until_it_is_put_back(grid):
     point.co.z += 0.25
     grid.data.update_tag()
     bpy.context.view_layer.update()
-    before = snapshot(grid)
-    with steps.refused("rest shape", "Update"):
+    with steps.refused("rest shape", "Update", unchanged=grid):
         bpy.ops.meanvalue.solve_from_key()
-    assert_same(before, snapshot(grid))
     assert steps.is_stale(grid)
     point.co = kept
     grid.data.update_tag()

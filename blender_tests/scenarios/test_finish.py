@@ -119,8 +119,7 @@ def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses():
     bpy.context.collection.objects.link(other)
     other.meanvalue.handles[0].follows = 'REST'
     other.meanvalue.handles[0].control = None
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    steps.run(obj, "finish")
     assert steps.held(other, other.meanvalue.handles[0].name) and other.meanvalue.roi_group in other.vertex_groups
 
 
@@ -144,8 +143,7 @@ def test_what_hangs_on_a_control_stays_where_it_is():
     hat.parent, hat.location = obj.meanvalue.handles[0].control, (1.0, 2.0, 3.0)
     handles.update()
     before = hat.matrix_world.copy()
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish() == {'FINISHED'}
+    steps.run(obj, "finish")
     handles.update()
     assert hat.parent is None and np.allclose(hat.matrix_world, before, atol=1e-5)
 

@@ -55,8 +55,7 @@ def test_a_handle_on_a_posed_mesh_does_not_move_it():
     move(control, (3.0, 0.0, -2.0))
     before = shown(obj)
     steps.add_group(obj, "Middle", range(64, 72))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
+    steps.run(obj, "add_handle", group="Middle")
     update()
     assert np.abs(shown(obj) - before).max() < 0.1  # a ring is held as a rigid piece from here on
     assert np.abs(before[64:72] - rest(obj)[64:72]).max() > 0.5
@@ -127,8 +126,7 @@ def test_removing_a_handle_leaves_what_was_there_before():
 
 def test_selecting_a_handle():
     obj, control = handles.tube()
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.select_handle(index=1) == {'FINISHED'}
+    steps.run(obj, "select_handle", index=1)
     assert bpy.context.object == control
     assert bpy.ops.meanvalue.select_handle(index=0) == {'FINISHED'}
     assert (bpy.context.object, obj.mode) == (obj, 'EDIT')

@@ -31,9 +31,7 @@ def test_a_renamed_pose_is_posed_on_before_and_after_undo(tmp_path):
     bpy.ops.ed.undo_push(message="Moved")
     bpy.ops.ed.undo()
     bpy.ops.ed.redo()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "renamed.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "renamed.blend"))
-    obj = bpy.data.objects["Tube"]
+    obj = steps.reopened(obj, tmp_path / "renamed.blend")
     control = obj.meanvalue.handles["Top"].control
     move(control, (0.5, 0.0, 0.0))
     move(control, (-0.5, 0.0, 0.0))
@@ -62,8 +60,7 @@ def test_a_pose_whose_range_min_was_set_is_posed_on(live):
         key.slider_min = -1.0  # as for all keys at once
     move(control, (0.3, 0.0, 0.0))
     move(control, (-0.3, 0.0, 0.0))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    steps.run(obj, "solve")
     assert blocks(obj).keys() == ["Basis", "Mean-Value"] and np.abs(meshes.seen(obj) - before).max() < 2e-3
 
 
@@ -75,8 +72,7 @@ def test_copies_of_the_pose_are_the_artist_s():
     copy.slider_min, copy.value = blocks(obj)["Mean-Value"].slider_min, 0.0
     move(control, (0.5, 0.0, 0.0))
     assert np.array_equal(steps.key_positions(obj, "Copy"), before)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish(keep='NOTHING') == {'FINISHED'}
+    steps.run(obj, "finish", keep='NOTHING')
     steps.add_handle(obj, "Again", handles.TOP, live=True)
     handles.update()
     move(bpy.context.object, (0.0, 0.5, 0.0))
@@ -178,9 +174,7 @@ def test_an_edit_without_live_is_kept_by_the_next_solve(tmp_path):
     obj.meanvalue.live = False
     edit_in('EDIT', obj)
     edited = handles.shown(obj)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "edited.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "edited.blend"))
-    obj = bpy.data.objects["Tube"]
+    obj = steps.reopened(obj, tmp_path / "edited.blend")
     assert bpy.ops.meanvalue.solve() == {'FINISHED'}
     assert np.array_equal(steps.key_positions(obj, "Mean-Value Edit"), edited)
     assert blocks(obj)["Mean-Value Edit"].value == 0.0 and not np.array_equal(handles.shown(obj), edited)

@@ -148,8 +148,7 @@ def test_a_handle_goes_with_its_control(status):
     assert status(obj)[1] is False, status(obj)
     move(control, (0.0, 1.0, 0.0))
     assert np.abs(shown(obj)[TOP] - rest(obj)[TOP] - (2.0, 1.0, 0.0)).max() < 1e-4
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.run(obj, "bind")
     assert "Side" not in obj.meanvalue.handles
 
 

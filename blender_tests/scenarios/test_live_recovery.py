@@ -113,8 +113,7 @@ def test_an_animated_handle_is_turned_off():
 def test_reset_of_a_control_that_is_a_child_of_another():
     obj, control, _middle = three_handles()
     obj.meanvalue.active_handle = 1
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
+    steps.run(obj, "remove_handle")
     obj.vertex_groups.active_index = obj.vertex_groups["Middle"].index
     assert bpy.ops.meanvalue.add_handle(group="Middle") == {'FINISHED'}
     update()
@@ -134,8 +133,7 @@ def test_applying_carries_along_keys_that_are_relative_to_others():
     update()
     move(control, (2.0, 0.0, 0.0))
     before = steps.key_positions(obj, "Second") - steps.key_positions(obj, "First")
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
+    steps.run(obj, "apply_pose")
     after = steps.key_positions(obj, "Second") - steps.key_positions(obj, "First")
     assert np.abs(after - before).max() < 1e-4, np.abs(after - before).max()
 
@@ -212,6 +210,6 @@ def test_edits(part, edit):
         return
     live = shown(obj)
     obj.meanvalue.live = False
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == bpy.ops.meanvalue.solve() == {'FINISHED'}
+    steps.run(obj, "bind")
+    steps.solve()
     assert np.abs(shown(obj) - live).max() < 5e-2

@@ -82,8 +82,7 @@ def test_a_clip_carries_them_in_every_frame(tmp_path):
         control.keyframe_insert("rotation_euler", frame=frame)
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 8
     bpy.context.scene.frame_set(1)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bake(path=str(tmp_path / "cache")) == {'FINISHED'}
+    steps.run(obj, "bake", path=str(tmp_path / "cache"))
     frames = baking.played(obj, [1, 8])
     assert_carried(obj, parts, frames[1])
     assert np.abs(frames[0] - baking.rest(obj)).max() < 1e-4

@@ -98,10 +98,8 @@ def test_by_picked_pairs_from_anywhere_at_any_size(tmp_path):
     obj, _take = set_up(tmp_path, away, align='PICKED')
     for name, number in (("M0", 0), ("M2", 1)):
         assert bpy.ops.meanvalue.pick_marker_point(marker=name, vertex=MARKED[number]) == {'FINISHED'}
-    before = snapshot(obj)
-    with steps.refused("at least 3 markers"):
+    with steps.refused("at least 3 markers", unchanged=obj):
         bpy.ops.meanvalue.match_markers()
-    assert_same(before, snapshot(obj))
     for number in (6, 12, 17, 19):
         assert bpy.ops.meanvalue.pick_marker_point(marker=LABELS[number], vertex=MARKED[number]) == {'FINISHED'}
     match()

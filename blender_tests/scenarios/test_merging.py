@@ -112,8 +112,7 @@ def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
 def test_a_region_grows_over_merged_seams():
     def grown(obj):
         steps.add_handle(obj, "Handle", at(obj, -2, 8).tolist()[:1], live=False)
-        meshes.activate(obj)
-        assert bpy.ops.meanvalue.grow_region(distance=5.2) == {'FINISHED'}
+        steps.run(obj, "grow_region", distance=5.2)
         return {tuple(each) for each in np.round(positions(obj)[region_weights(obj) > 0.0, :2]).astype(int)}
 
     assert grown(joined()) == grown(open_seam()) == grown(split_faces())
@@ -166,8 +165,7 @@ def test_a_handle_is_found_on_all_copies():
     obj = open_seam()
     left, right = (int(each) for each in at(obj, 0, 8))
     steps.add_handle(obj, "Handle", [left], size=0.3)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.grab(vertex=right, offset=(0.0, 0.0, 1.0)) == {'FINISHED'}
+    steps.run(obj, "grab", vertex=right, offset=(0.0, 0.0, 1.0))
     handles.update()
     assert [handle.name for handle in obj.meanvalue.handles] == ["Handle"]
     assert np.allclose(lifts(obj)[(0, 8)], 1.0, atol=1e-4)

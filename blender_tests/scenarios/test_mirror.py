@@ -190,8 +190,7 @@ def test_what_deforms_the_mirrored_mesh():
     bend.deform_method, bend.deform_axis, bend.angle = 'BEND', 'X', 0.6
     update()
     plain = len(meshes.seen(obj))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.run(obj, "bind")
     move(control, (0.1, 0.3, 0.2))
     meshes.activate(obj)
     steps.solve()
@@ -208,8 +207,7 @@ def test_what_has_no_seam_is_posed_as_ever(make):
         obj.modifiers.clear()
         if is_mirrored:
             halves.add_mirror(obj)
-        meshes.activate(obj)
-        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        steps.run(obj, "bind")
         control.location.x += 0.3 if is_mirrored else 0.0
         update()
         steps.solve()
@@ -230,8 +228,7 @@ def test_baked_to_a_point_cache(tmp_path):
     obj, control = halves.half(live=False)
     animate(control)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "half.blend"))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bake() == {'FINISHED'}
+    steps.run(obj, "bake")
     shapes = rows(pathlib.Path(tmp_path, "meanvalue_cache", "half", "Half.pc2"))
     assert shapes.shape == (6, len(obj.data.vertices), 3)
     assert max(opening(obj, shape=shape) for shape in shapes) < CLOSED

@@ -91,9 +91,7 @@ def test_a_control_that_is_deleted_takes_its_handle_along(tmp_path, then):
     assert obj.meanvalue.handles["Top"].control is not None  # nothing is written beside Blender's undo
     meshes.activate(obj)
     if then == "save":
-        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "file.blend"))
-        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "file.blend"))
-        obj = bpy.data.objects["Tube"]
+        obj = steps.reopened(obj, tmp_path / "file.blend")
     else:
         steps.add_handle(obj, "Low", range(8, 16), pin=True)
     assert "Top" not in obj.meanvalue.handles and not [each for each in bpy.data.objects if each.type == 'EMPTY']

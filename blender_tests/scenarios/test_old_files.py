@@ -108,8 +108,7 @@ def test_the_mesh_follows_its_controls(opened, name):
         mover.location[axis] += moved["offset"][axis]
     bpy.context.view_layer.update()
     if moved["by"] != "live":
-        meshes.activate(obj)
-        assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+        steps.run(obj, "bind")
         steps.solve()
     require_shown(obj, moved)
 
@@ -178,9 +177,7 @@ def test_a_seam_that_was_open_stays_so_in_its_file(is_old, tmp_path):
     if is_old:  # as the versions before stored it
         obj.meanvalue.property_unset("close_seams")
         obj.meanvalue.property_unset("version")
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "seam.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "seam.blend"))
-    obj = bpy.data.objects["Sheets"]
+    obj = steps.reopened(obj, tmp_path / "seam.blend")
     bpy.data.objects[control_name(obj)].location.z += 1e-3
     bpy.context.view_layer.update()
     assert np.abs(meshes.seen(obj) - expected).max() < 1e-2

@@ -67,8 +67,7 @@ def test_the_rig_may_be_linked(arm, tmp_path):
     obj.modifiers["Armature"].object = libraries.linked(tmp_path, armature, "objects")
     bpy.data.objects.remove(armature)
     bpy.context.view_layer.update()
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.sample_rig_poses(count=2) == {'FINISHED'}
+    steps.run(obj, "sample_rig_poses", count=2)
     assert [key.name for key in poses(obj)] == ["Rig Pose 20", "Rig Pose 40"]
 
 

@@ -125,10 +125,7 @@ def test_saved_and_loaded_it_goes_on(tmp_path):
     obj, _armature = linear()
     rigs.move_in_world(rigs.held(obj, "Part", MIDDLE), OFFSET)
     shape, before = steps.key_positions(obj, RESULT), rigs.seen(obj)
-    path = str(tmp_path / "rig.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.open_mainfile(filepath=path)
-    obj = bpy.data.objects["Arm"]
+    obj = steps.reopened(obj, tmp_path / "rig.blend")
     update()
     assert np.abs(steps.key_positions(obj, RESULT) - shape).max() < NEAR * rigs.size(obj)
     rigs.move_in_world(obj.meanvalue.handles["Part"].control, OFFSET)
@@ -155,8 +152,7 @@ def test_each_frame_is_baked_with_the_rig_of_that_frame(tmp_path):
     before = rigs.seen(obj)[MIDDLE]
     other.location.z += 0.5
     update()
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.run(obj, "bind")
     assert bpy.ops.meanvalue.bake() == {'FINISHED'}
     for frame in (1, 2, 3, 4):
         bpy.context.scene.frame_set(frame)

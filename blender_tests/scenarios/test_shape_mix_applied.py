@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, meshes, steps
-from support.mixed_limbs import bake, bending, in_betweens_of, keys_of, rest, set_value, shown
+from support.mixed_limbs import bake, bending, in_betweens_of, keys_of, mixing, rest, set_value, shown
 
 LEANED = bent_limb.bent(rest(), 40.0)
 
@@ -36,9 +36,7 @@ def all_keys(obj):
 @pytest.mark.parametrize("apply", APPLY.values(), ids=APPLY)
 @pytest.mark.parametrize("value", [0.0, 0.5, 1.0])
 def test_the_artist_s_keys_add_what_they_added(apply, value):
-    obj = bending()
-    obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", value)
+    obj = mixing(value=value)
     lean(obj)
     before = added(obj, "Bend")
     meshes.activate(obj)

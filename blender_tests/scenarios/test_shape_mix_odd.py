@@ -119,9 +119,8 @@ def test_tiny_meshes(count):
     obj.shape_key_add(name="Basis")
     obj.shape_key_add(name="Other", from_mix=False).value = 0.0
     before = snapshot(obj)
-    with steps.refused("No in-between keys are needed" if count == 2 else "in one place"):
+    with steps.refused("No in-between keys are needed" if count == 2 else "in one place", unchanged=obj):
         bpy.ops.meanvalue.bake_mix()
-    assert_same(before, snapshot(obj))
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Other", 0.5)
     assert ("in one place" in status(obj)[0]) == (count < 2)

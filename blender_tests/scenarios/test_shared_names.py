@@ -81,8 +81,7 @@ def test_finish_leaves_no_second_pose_on_linked_duplicates(keep):
     move(control, (0.0, 1.0, 0.0))
     pose = shown(obj).copy()
     other = linked_duplicate(obj)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.finish(keep=keep) == {'FINISHED'}
+    steps.run(obj, "finish", keep=keep)
     update()
     assert not other.meanvalue.live and not any(handle.control for handle in other.meanvalue.handles)
     assert np.abs(meshes.seen(obj) - pose).max() < 1e-5

@@ -85,8 +85,7 @@ def test_a_region_on_one_side_is_one_on_both():
     obj.meanvalue.symmetric = 'X'
     steps.add_group(obj, "Side", np.flatnonzero(rest(obj)[:, 0] > 0.3).tolist())
     obj.meanvalue.roi_group = "Side"
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
+    steps.run(obj, "bind")
     move(control, (0.3, 0.1, 0.2))
     meshes.activate(obj)
     steps.solve()

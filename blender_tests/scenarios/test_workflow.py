@@ -139,11 +139,7 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path):
     obj = steps.posed_grid(meshes.grid())
     steps.solve()
     before = steps.key_positions(obj, "Mean-Value")
-    path = str(tmp_path / "posed.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-
-    bpy.ops.wm.open_mainfile(filepath=path)
-    obj = bpy.data.objects["Grid"]
+    obj = steps.reopened(obj, tmp_path / "posed.blend")
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
     assert steps.is_bound(obj)
     steps.move(obj, range(25), (9.0, 9.0, 9.0), obj.data.shape_keys.key_blocks["Mean-Value"])
@@ -243,10 +239,8 @@ def test_pins_go_where_the_key_has_them_and_the_key_is_not_added(posed):
 )
 def test_what_is_missing_is_told_before_anything_is_changed(posed, groups, key, text):
     pin(posed, *groups)
-    before = snapshot(posed)
-    with steps.refused(text):
+    with steps.refused(text, unchanged=posed):
         bpy.ops.meanvalue.solve_from_key(key=key)
-    assert_same(before, snapshot(posed))
 
 
 def test_nothing_follows_afterwards():

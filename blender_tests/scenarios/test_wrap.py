@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from support import meshes
+from support import meshes, steps
 from support.snapshot import assert_same, snapshot
 
 PAIRS = {0: (0, 0, 1), 1: (1, 0, 0), 2: (0, 1, 0), 3: (-1, 0, 0), 4: (0, 0, -1)}
@@ -50,8 +50,7 @@ def test_a_split_mesh_stays_closed():
     points = [vertex.co for vertex in obj.data.vertices]
     obj = meshes.make_object(*meshes.split(points, [face.vertices for face in obj.data.polygons]), "Split")
     obj.meanvalue.wrap.target = ball("Egg", 14, 20, (1.0, 1.1, 1.3))
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
+    steps.run(obj, "wrap")
     assert meshes.gap(obj) == 0.0 and meshes.seen(obj)[:, 2].max() > 1.25
 
 

@@ -58,7 +58,6 @@ def is_at_rest(obj, tolerance=1e-5):
 
 
 def assert_reset_puts_at_rest(obj):
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.reset_handles() == {'FINISHED'}
+    steps.run(obj, "reset_handles")
     update()
     assert is_at_rest(obj, 1e-3), np.abs(shown(obj) - rest(obj)).max()

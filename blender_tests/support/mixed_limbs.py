@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import bent_limb, installed, meshes
+from . import bent_limb, installed, meshes, steps
 
 DIAGONAL = float(np.hypot(bent_limb.LENGTH, 2.0 * bent_limb.RADIUS))
 
@@ -69,8 +69,7 @@ def in_betweens_of(obj):
 
 def bake(obj, share=0.2):
     obj.meanvalue.mix.tolerance_share = share
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.bake_mix() == {'FINISHED'}
+    steps.run(obj, "bake_mix")
 
 
 def animate(obj, frames=12):

@@ -3,7 +3,6 @@
 
 import math
 
-import bpy
 import numpy as np
 
 from . import armatures, meshes, steps
@@ -91,8 +90,7 @@ def handle(obj, name, indices, live=True):
     """The control of a new handle of these vertices; Live comes on with the first."""
     if name not in obj.vertex_groups:
         steps.add_group(obj, name, indices)
-    meshes.activate(obj)
-    assert bpy.ops.meanvalue.add_handle(group=name, live=live) == {'FINISHED'}
+    steps.run(obj, "add_handle", group=name, live=live)
     update()
     return obj.meanvalue.handles[name].control
 

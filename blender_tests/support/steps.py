@@ -10,11 +10,12 @@ import pytest
 
 from . import installed
 from .meshes import activate
+from .snapshot import assert_same, snapshot
 
 
 def add_group(obj, name, indices, weight=1.0):
     group = obj.vertex_groups.new(name=name)
-    group.add(list(indices), weight, 'REPLACE')
+    group.add([int(index) for index in indices], weight, 'REPLACE')
     return group
 
 
@@ -148,11 +149,28 @@ def edit_mesh(obj, edit):
     bpy.ops.object.mode_set(mode='OBJECT')
 
 
+def run(obj, operator, **options):
+    """An operator of ours on `obj`, which is the active one then."""
+    activate(obj)
+    assert getattr(bpy.ops.meanvalue, operator)(**options) == {'FINISHED'}
+
+
 @contextlib.contextmanager
-def refused(*texts):
-    """The operator called inside reports an error that has all `texts`."""
+def refused(*texts, unchanged=None):
+    """The operator called inside reports an error that has all `texts`, and leaves an object as it was."""
+    before = snapshot(unchanged) if unchanged else None
     with pytest.raises(RuntimeError) as caught:
         yield
     message = str(caught.value)
     for text in texts:
         assert text in message, message
+    if unchanged:
+        assert_same(before, snapshot(unchanged))
+
+
+def reopened(obj, path):
+    """The object of the same name, after the file was saved as `path` and opened again."""
+    name = obj.name
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return bpy.data.objects[name]

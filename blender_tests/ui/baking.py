@@ -4,6 +4,7 @@
 import contextlib
 import pathlib
 import tempfile
+from unittest import mock
 
 import bpy
 import numpy as np
@@ -38,33 +39,21 @@ def cache_of(folder):
 def _chunks_of(frames, waits_at, until=lambda execution: execution.cancelled):
     """Chunks of so many frames; the one that begins at row `waits_at` begins only once `until(execution)`."""
     clips = installed.part("baking.bridge.clips")
-    plan, clip = clips.BakePlan, clips.HandleClip
-    chunks, solve = plan.chunks, clip.solve_rows
+    solve = clips.HandleClip.solve_rows
 
     def late(self, binding, begin, end, execution, *rest):
         if begin == waits_at:
             yield tasks.Until(lambda: until(execution))
         return (yield from solve(self, binding, begin, end, execution, *rest))
 
-    plan.chunks = lambda self: [
-        (begin, min(begin + frames, len(self.times))) for begin in range(0, len(self.times), frames)
-    ]
-    clip.solve_rows = late
-    try:
+    with mock.patch.object(clips, "CHUNK_FRAMES", frames), mock.patch.object(clips.HandleClip, "solve_rows", late):
         yield
-    finally:
-        plan.chunks, clip.solve_rows = chunks, solve
 
 
-@contextlib.contextmanager
 def _each_step_is_seen():
+    """A context."""
     background = installed.part("widgets.background")
-    usual = background.SLICE_SECONDS, background.PATIENCE_SECONDS
-    background.SLICE_SECONDS = background.PATIENCE_SECONDS = 0.0
-    try:
-        yield
-    finally:
-        background.SLICE_SECONDS, background.PATIENCE_SECONDS = usual
+    return mock.patch.multiple(background, SLICE_SECONDS=0.0, PATIENCE_SECONDS=0.0)
 
 
 def _text(ui):

@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens while the mesh follows: undo, renaming, deleting, other windows' edits, adjusting an operator."""
 
-import contextlib
 import time
+from unittest import mock
 
 import bpy
 import numpy as np
 from harness import view
 from support import handles, installed, meshes, steps, tasks
 from support.interface import is_settled
-
-
-def _engine():
-    return installed.part("live.engine")
 
 
 def adjusting_add_handle_takes_the_same_vertices(ui):
@@ -92,9 +88,8 @@ def keep_pose_of_a_drag_that_is_not_settled(ui):
     assert np.abs(offset - (1.0, 0.0, 0.0)).max() < 1e-3, offset[0]
 
 
-@contextlib.contextmanager
 def slowly(seconds):
-    """Each solve takes so much longer."""
+    """A context in which each solve takes so much longer."""
     session = installed.part("solver.session")
     solve_steps = session.solve_steps
 
@@ -104,19 +99,28 @@ def slowly(seconds):
         yield tasks.Until(lambda: time.monotonic() >= until)
         return outcome
 
-    session.solve_steps = late
-    try:
-        yield
-    finally:
-        session.solve_steps = solve_steps
+    return mock.patch.object(session, "solve_steps", late)
 
 
-def _begin(ui):
-    _obj, _control = handles.tube()
+def _begin(ui, make=handles.tube):
+    make()
     ui.remember()
     ui.frame_all()
     yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is at rest")
     return bpy.data.objects["Tube"], bpy.data.objects["Tube Top"]
+
+
+def _amid_a_solve(ui, control, act, seconds=2.5):
+    """act(), while the mesh follows a move by 1 in X that takes longer; goes on after so many seconds."""
+    with slowly(0.6):
+        control.location.x += 1.0
+        yield from ui.pause(0.2)
+        act()
+        yield from ui.pause(seconds)
+
+
+def _assert_followed(obj):
+    assert abs(_offset(obj)[0] - 1.0) < 1e-3, (_offset(obj), installed.part("live.engine").status(obj))
 
 
 def _offset(obj):
@@ -131,13 +135,9 @@ def another_mesh_during_a_solve(ui):
     for key in other.shape_keys.key_blocks:
         for point, base in zip(key.data, other.shape_keys.reference_key.data, strict=False):
             point.co = base.co
-    with slowly(0.6):
-        control.location.x += 1.0
-        yield from ui.pause(0.2)
-        obj.data = other
-        yield from ui.pause(2.5)
+    yield from _amid_a_solve(ui, control, lambda: setattr(obj, "data", other))
     off = handles.shown(obj) - handles.rest(obj)
-    assert np.abs(off[:, 1]).max() < 1e-3, (_engine().status(obj), np.abs(off).max(axis=0))
+    assert np.abs(off[:, 1]).max() < 1e-3, np.abs(off).max(axis=0)
 
 
 def renamed_during_a_solve(ui):
@@ -150,15 +150,14 @@ def renamed_during_a_solve(ui):
         for point in key.data:
             point.co.y *= 2.0
     yield from ui.pause(1.0)
-    with slowly(0.6):
-        control.location.x += 1.0
-        yield from ui.pause(0.2)
-        obj.name = "Gone"
-        twin.name = "Tube"
-        yield from ui.pause(2.5)
+
+    def rename():
+        obj.name, twin.name = "Gone", "Tube"
+
+    yield from _amid_a_solve(ui, control, rename)
     moved = np.abs(handles.shown(twin) - handles.rest(twin)).max()
     assert moved < 1e-5, moved
-    assert abs(_offset(obj)[0] - 1.0) < 1e-3, (_offset(obj), _engine().status(obj))
+    _assert_followed(obj)
 
 
 def undo_during_a_solve(ui):
@@ -173,39 +172,31 @@ def undo_during_a_solve(ui):
         assert abs(_offset(obj)[0]) < 1e-3, _offset(obj)
         yield from ui.redo()
         yield from ui.pause(2.5)
-        obj = bpy.data.objects["Tube"]
-        assert abs(_offset(obj)[0] - 1.0) < 1e-3, (_offset(obj), _engine().status(obj))
+        _assert_followed(bpy.data.objects["Tube"])
 
 
 def edited_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    with slowly(0.6):
-        control.location.x += 1.0
-        yield from ui.pause(0.2)
+
+    def edit():
         meshes.activate(obj)
         bpy.ops.object.mode_set(mode='EDIT')
-        yield from ui.pause(0.1)
+
+    with slowly(0.6):
+        yield from _amid_a_solve(ui, control, edit, 0.1)
         bpy.ops.object.mode_set(mode='OBJECT')
         yield from ui.pause(3.5)
-    assert abs(_offset(obj)[0] - 1.0) < 1e-3, (_offset(obj), _engine().status(obj))
+    _assert_followed(obj)
 
 
 def deleted_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    with slowly(0.6):
-        control.location.x += 1.0
-        yield from ui.pause(0.2)
-        bpy.data.objects.remove(obj)
-        yield from ui.pause(1.5)
+    yield from _amid_a_solve(ui, control, lambda: bpy.data.objects.remove(obj), 1.5)
     assert "Tube" not in bpy.data.objects
 
 
 def a_control_or_a_mesh_deleted_undone_and_redone(ui):
-    handles.three_handles()
-    ui.remember()
-    ui.frame_all()
-    yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is at rest")
-    control = bpy.data.objects["Tube"].meanvalue.handles["Top"].control
+    _obj, control = yield from _begin(ui, handles.three_handles)
     control.location.x += 1.0
     ui.remember()
     yield from ui.wait_until(lambda: abs(_offset(bpy.data.objects["Tube"])[0] - 1.0) < 1e-3, "it follows")

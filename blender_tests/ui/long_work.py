@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh that takes its time: progress, Esc, and a drag that is never waited for."""
 
-import contextlib
+from unittest import mock
 
 import bpy
 import numpy as np
-from support import installed, steps, tasks
+from support import handles, installed, steps, tasks
 from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
@@ -71,9 +71,8 @@ def escape_during_a_solve(ui):
     yield from ui.wait_until(lambda: sheet().data.shape_keys, "it is solved when it is let")
 
 
-@contextlib.contextmanager
 def _solving_until_cancelled():
-    """The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
+    """A context. The solver is quicker than the interface draws here: let it begin only once it was cancelled."""
     session = installed.part("solver.session")
     solve_steps = session.solve_steps
 
@@ -81,11 +80,7 @@ def _solving_until_cancelled():
         yield tasks.Until(lambda: execution.cancelled)
         return (yield from solve_steps(*arguments, execution=execution, **options))
 
-    session.solve_steps = late
-    try:
-        yield
-    finally:
-        session.solve_steps = solve_steps
+    return mock.patch.object(session, "solve_steps", late)
 
 
 def a_slow_drag_ends_with_the_answer(ui):
@@ -94,15 +89,7 @@ def a_slow_drag_ends_with_the_answer(ui):
     yield from ui.drag_by_keys('G', 80, 120, steps=8, end=None)
     yield from ui.screenshot("long_2_slow_drag", amid_work=True)
     yield from ui.key('RET')
-    yield from ui.wait_until(
-        lambda: is_settled(sheet()),
-        "the drag is settled by Blender's own timer",
-    )
-    keys = sheet().data.shape_keys.key_blocks
-    moved = np.empty(3 * len(sheet().data.vertices), np.float32)
-    keys["Mean-Value"].data.foreach_get("co", moved)
-    rest = np.empty_like(moved)
-    keys["Basis"].data.foreach_get("co", rest)
-    offset = (moved - rest).reshape(-1, 3)[-COLUMNS:]
+    yield from ui.wait_until(lambda: is_settled(sheet()), "the drag is settled by Blender's own timer")
+    offset = (handles.shown(sheet()) - handles.rest(sheet()))[-COLUMNS:]
     wanted = np.array(control().location) - (0.0, 2.0, 0.0)
     assert np.abs(offset - wanted).max() < 1e-3, (offset[0], wanted)

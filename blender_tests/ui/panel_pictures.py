@@ -7,6 +7,7 @@
 import contextlib
 import pathlib
 import tempfile
+from unittest import mock
 
 import addon_utils
 import bpy
@@ -107,11 +108,7 @@ def preferences(ui):
 @contextlib.contextmanager
 def _no_solver():
     loader = installed.part("solver.native_loader")
-    names = loader.MODULE_NAMES
-    loader.MODULE_NAMES = ("nowhere.meanvalue",)
-    loader.forget()
-    try:
-        yield
-    finally:
-        loader.MODULE_NAMES = names
+    with mock.patch.object(loader, "MODULE_NAMES", ("nowhere.meanvalue",)):
         loader.forget()
+        yield
+    loader.forget()

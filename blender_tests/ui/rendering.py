@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render of an animation while a mesh is live: it must be told, since the mesh stays as it is."""
 
+from unittest import mock
+
 import bpy
 import numpy as np
 from harness import view
@@ -27,22 +29,13 @@ def an_animation_with_live_on(ui):
     scene.frame_start, scene.frame_end = 1, 40
     bpy.context.preferences.view.render_display_type = 'NONE'
     bpy.ops.render.render('INVOKE_DEFAULT', animation=True)
-    views, popped_up = installed.part("scene.views"), []
-    pop_up = views.pop_up
-
-    def listening(title, text):
-        popped_up.append(text)
-        pop_up(title, text)
-
-    views.pop_up = listening
-    try:
-        yield from ui.wait_until(lambda: popped_up, "the popup")
-        assert "'Tube'" in popped_up[0] and "Bake" in popped_up[0], popped_up
-    finally:
+    views = installed.part("scene.views")
+    with mock.patch.object(views, "pop_up", wraps=views.pop_up) as pop_up:
+        yield from ui.wait_until(lambda: pop_up.called, "the popup")
         yield from ui.wait_until(lambda: not bpy.app.is_job_running('RENDER'), "the render ended")
-        views.pop_up = pop_up
     yield from ui.screenshot("render_with_live_on")
-    assert len(popped_up) == 1, popped_up
+    ((_title, text), _options) = pop_up.call_args
+    assert pop_up.call_count == 1 and "'Tube'" in text and "Bake" in text, pop_up.call_args_list
 
 
 def the_viewport_with_live_on(ui):

@@ -5,9 +5,9 @@ import time
 
 import bpy
 import numpy as np
-from support import meshes
+from support import meshes, steps
 
-from .. import common_options, pictures, pose, report, scene_mesh, stage
+from .. import common_options, pictures, pose, report, stage
 from ..rig import figures
 from ..rig.run import add_body
 from . import limbs
@@ -81,7 +81,7 @@ def skinned(obj, armature):
 def hold(figure, obj, truths):
     """Adds what holds the mesh, and muted keys with the poses that are asked for."""
     for name, members in limbs.holds(figure).items():
-        scene_mesh.add_vertex_group(obj, name, members)
+        steps.add_group(obj, name, members)
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=True)
     for number, truth in enumerate(truths):

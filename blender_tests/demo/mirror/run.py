@@ -5,7 +5,7 @@ import bmesh
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from support import figure_body, walking_figure
+from support import figure_body, steps, walking_figure
 
 from .. import common_options, pose, report, scene_mesh, stage
 from ..example.run import draw_shapes
@@ -75,7 +75,7 @@ def raise_hand(obj, shoulder):
     height, reach = np.ptp(rest[:, 2]), rest[:, 0].max()
     members = {"Foot": rest[:, 2] < rest[:, 2].min() + FEET * height, "Hand": rest[:, 0] > 0.85 * reach}
     for name, is_member in members.items():
-        scene_mesh.add_vertex_group(obj, name, np.flatnonzero(is_member))
+        steps.add_group(obj, name, np.flatnonzero(is_member))
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=name == "Foot", live=False)
     obj.meanvalue.live = False

@@ -6,7 +6,7 @@ import time
 import bpy
 import numpy as np
 from mathutils import Matrix
-from support import meshes
+from support import armatures, meshes, steps
 
 from .. import common_options, pictures, pose, report, scene_mesh, stage
 from . import figures
@@ -55,15 +55,7 @@ def add_body(figure):
     obj = scene_mesh.new_object("Body", figure.vertices, figure.polygons)
     scene_mesh.shade_smooth(obj)
     obj.data.materials.append(scene_mesh.plain_material("Skin", BODY_COLOUR, 0.45))
-    armature = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
-    bpy.context.scene.collection.objects.link(armature)
-    bpy.context.view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode='EDIT')
-    for name, (head, tail, parent) in figure.bones.items():
-        bone = armature.data.edit_bones.new(name)
-        bone.head, bone.tail = head, tail
-        bone.parent = armature.data.edit_bones[parent] if parent else None
-    bpy.ops.object.mode_set(mode='OBJECT')
+    armature = armatures.make(**{name: bone if bone[2] else bone[:2] for name, bone in figure.bones.items()})
     armature.hide_render = True
     for bone, (indices, weights) in figure.weights.items():
         group = obj.vertex_groups.new(name=bone)
@@ -88,7 +80,7 @@ def correct(figure, obj, skinned):
     shoulder, elbow = (np.array(joint) for joint in figure.arm)
     length = float(np.linalg.norm(elbow - shoulder))
     near = [np.linalg.norm(figure.vertices - joint, axis=1) < REACH * length for joint in (shoulder, elbow)]
-    scene_mesh.add_vertex_group(obj, "Joints", np.flatnonzero(near[0] | near[1]))
+    steps.add_group(obj, "Joints", np.flatnonzero(near[0] | near[1]))
     obj.meanvalue.roi_group = "Joints"
     tip, top = grip(figure, elbow, (0.0, 1.0, 0.0), length), grip(figure, shoulder, (0.0, 0.0, 1.0), length)
     parts = {
@@ -96,7 +88,7 @@ def correct(figure, obj, skinned):
         "Shoulder": (top, PUSH * length * np.array((0.0, 0.0, 1.0))),
     }
     for name, (members, _) in parts.items():
-        scene_mesh.add_vertex_group(obj, name, members)
+        steps.add_group(obj, name, members)
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name)
         bpy.context.view_layer.update()

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from addon.scene.core.motion import fit_rotations
+
 
 def rms(shapes, truth):
     """(f,): root mean square distance of the vertices (f, n, 3) from where they should be."""
@@ -10,14 +12,9 @@ def rms(shapes, truth):
 
 
 def laid_on(shapes, truth):
-    """The shapes (f, n, 3), each moved and turned as a whole to where it should be (Kabsch 1976)."""
-    result = np.empty(shapes.shape)
-    for row, (shape, goal) in enumerate(zip(shapes.astype(float), truth, strict=True)):
-        centre = shape.mean(0)
-        u, _, vt = np.linalg.svd((shape - centre).T @ (goal - goal.mean(0)))
-        u[:, 2] *= np.sign(np.linalg.det(u @ vt))
-        result[row] = (shape - centre) @ u @ vt + goal.mean(0)
-    return result
+    """The shapes (f, n, 3), each moved and turned as a whole to where it should be."""
+    pairs = zip(shapes.astype(float), truth, strict=True)
+    return np.array([(shape - shape.mean(0)) @ fit_rotations(shape, goal).T + goal.mean(0) for shape, goal in pairs])
 
 
 def roughness(paths):
