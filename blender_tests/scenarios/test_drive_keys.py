@@ -15,11 +15,7 @@ def add_key(obj, name, center, offset, relative="Basis"):
     """A key that moves what is around a vertex by `offset`, (3,)."""
     rest = steps.key_positions(obj, "Basis").astype(float)
     near = np.exp(-((rest - rest[center]) ** 2).sum(axis=1) / 4.0)[:, None]
-    key = obj.shape_key_add(name=name, from_mix=False)
-    key.relative_key = obj.data.shape_keys.key_blocks[relative]
-    key.data.foreach_set("co", (steps.key_positions(obj, relative) + near * offset).astype(np.float32).ravel())
-    key.value = 0.0
-    return key
+    return steps.add_key(obj, name, steps.key_positions(obj, relative) + near * offset, relative)
 
 
 @pytest.fixture

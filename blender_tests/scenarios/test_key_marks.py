@@ -31,7 +31,7 @@ def test_a_renamed_pose_is_posed_on_before_and_after_undo(tmp_path):
     bpy.ops.ed.undo_push(message="Moved")
     bpy.ops.ed.undo()
     bpy.ops.ed.redo()
-    obj = steps.reopened(obj, tmp_path / "renamed.blend")
+    obj = steps.reopened(bpy.data.objects["Tube"], tmp_path / "renamed.blend")
     control = obj.meanvalue.handles["Top"].control
     move(control, (0.5, 0.0, 0.0))
     move(control, (-0.5, 0.0, 0.0))

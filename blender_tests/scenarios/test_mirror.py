@@ -252,9 +252,7 @@ def test_a_mix_keeps_the_seam_closed():
     plain, shape = len(meshes.seen(obj)), own_shape(obj) * (1.0, 0.6, 1.0)
     shape[:, 0] *= 1.0 + 0.2 * shape[:, 2]
     seam = shape[:, 0] == 0.0
-    obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Wider", from_mix=False)
-    key.data.foreach_set("co", shape.astype(np.float32).ravel())
+    key = steps.add_key(obj, "Wider", shape)
     obj.meanvalue.mix.is_on = True
     for value in (0.25, 0.5, 0.75, 1.0):
         key.value = value

@@ -19,24 +19,15 @@ def bent(rest, angle):
     return np.stack([rest[:, 0], y, z], axis=1)
 
 
-def add_key(obj, name, shape):
-    if obj.data.shape_keys is None:
-        obj.shape_key_add(name="Basis", from_mix=False)
-    key = obj.shape_key_add(name=name, from_mix=False)
-    key.data.foreach_set("co", np.asarray(shape, np.float32).ravel())
-    key.value = 0.0
-    return key
-
-
 @pytest.fixture
 def limb():
     """A tube with two keys in which it is bent; pins at its root, a handle at its end, moved as if bent in between."""
     obj = meshes.tube(RINGS, SEGMENTS)
     rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
-    add_key(obj, "Forth", bent(rest, 1.5))
-    add_key(obj, "Back", bent(rest, -1.2))
+    steps.add_key(obj, "Forth", bent(rest, 1.5))
+    steps.add_key(obj, "Back", bent(rest, -1.2))
     steps.add_handle(obj, "Root", range(2 * SEGMENTS), pin=True)
-    add_key(obj, "Asked", bent(rest, 1.0)).mute = True
+    steps.add_key(obj, "Asked", bent(rest, 1.0)).mute = True
     end = range((RINGS - 2) * SEGMENTS, RINGS * SEGMENTS)
     steps.add_handle(obj, "End", end, pin=True)
     return obj
@@ -59,9 +50,9 @@ def test_a_limb_bends_as_its_keys_show(limb):
 
 def test_what_is_no_example_is_told_by_name(limb):
     limb.meanvalue.pose_like = 'SHAPE_KEYS'
-    add_key(limb, "Idle", steps.key_positions(limb, "Basis"))  # without effect: left out
+    steps.add_key(limb, "Idle", steps.key_positions(limb, "Basis"))  # without effect: left out
     solve(limb)
-    add_key(limb, "Twin", steps.key_positions(limb, "Back"))
+    steps.add_key(limb, "Twin", steps.key_positions(limb, "Back"))
     with steps.refused("'Twin'", "'Back'", "Mute"):
         bpy.ops.meanvalue.bind()
     for name in ("Forth", "Back", "Twin"):
@@ -117,9 +108,9 @@ def test_one_arm_is_an_example_for_both_where_they_are_symmetric():
     rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
     rest[:, 2] -= 0.5 * (rest[:, 2].min() + rest[:, 2].max())
     obj.data.vertices.foreach_set("co", rest.astype(np.float32).ravel())
-    one = add_key(obj, "One Arm", arms(rest, 1.5, 0.0))
-    mean = add_key(obj, "Mean", 0.5 * (arms(rest, 1.5, 0.0) + arms(rest, 0.0, 1.5)))
-    add_key(obj, "Asked", arms(rest, 1.0, 1.0)).mute = True
+    one = steps.add_key(obj, "One Arm", arms(rest, 1.5, 0.0))
+    mean = steps.add_key(obj, "Mean", 0.5 * (arms(rest, 1.5, 0.0) + arms(rest, 0.0, 1.5)))
+    steps.add_key(obj, "Asked", arms(rest, 1.0, 1.0)).mute = True
     middle = RINGS // 2 * SEGMENTS
     steps.add_handle(obj, "Middle", range(middle - SEGMENTS, middle + 2 * SEGMENTS), pin=True)
     steps.add_handle(obj, "End", range((RINGS - 2) * SEGMENTS, RINGS * SEGMENTS), pin=True)
@@ -132,7 +123,7 @@ def test_one_arm_is_an_example_for_both_where_they_are_symmetric():
     with_one = solve(obj)
     print(f"alone {alone:.4f}, the mean {with_mean:.4f}, one arm {with_one:.4f}")
     assert with_one < 0.75 * min(alone, with_mean)
-    other = add_key(obj, "Other Arm", arms(rest, 0.0, 1.5))  # its image is there already
+    other = steps.add_key(obj, "Other Arm", arms(rest, 0.0, 1.5))  # its image is there already
     assert solve(obj) == pytest.approx(with_one, rel=0.02)
     other.data.foreach_set("co", arms(rest, 1.5, 0.0).astype(np.float32).ravel())
     obj.data.update_tag()

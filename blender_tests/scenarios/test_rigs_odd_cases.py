@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 from support import handles, meshes, rigs, steps
 from support.posed_rigs import all_at_once, linear, other_keys
-from support.rigs import MIDDLE, TOP, update
-
-RESULT = "Mean-Value"
-OFFSET = (0.7, -0.4, 0.9)
-
-#: Of the mesh's size.
-NEAR = 1e-4
+from support.rigs import MIDDLE, NEAR, OFFSET, RESULT, TOP, update
 
 
 def test_what_makes_vertices_is_not_in_the_way():

@@ -53,9 +53,7 @@ def test_a_soup_stays_closed_where_its_keys_have_it_closed():
     whole, faces = bent_limb.limb()
     corners = np.concatenate(faces)
     obj = meshes.make_object(*meshes.split(whole, faces), "Soup")
-    obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Bend", from_mix=False)
-    key.data.foreach_set("co", bent_limb.bent(whole, 140.0)[corners].astype(np.float32).ravel())
+    key = steps.add_key(obj, "Bend", bent_limb.bent(whole, 140.0)[corners])
     obj.meanvalue.mix.is_on = True
     for value in (0.5, 1.0):
         set_value(obj, "Bend", value)

@@ -17,8 +17,7 @@ APPLY = {
 
 def lean(obj):
     """A pose, as posing by handles leaves it: a result key that is shown fully."""
-    key = obj.shape_key_add(name="Mean-Value", from_mix=False)
-    key.data.foreach_set("co", LEANED.astype(np.float32).ravel())
+    key = steps.add_key(obj, "Mean-Value", LEANED)
     key.value = 1.0
     obj.meanvalue.result_key = key.name
     bpy.context.view_layer.update()

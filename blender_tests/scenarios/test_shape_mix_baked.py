@@ -110,9 +110,7 @@ def test_all_keys_deleted_while_in_betweens_are_there():
     obj = bending()
     bake(obj)
     obj.shape_key_clear()
-    obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Bend", from_mix=False)
-    key.data.foreach_set("co", bent_limb.bent(rest(), 140.0).astype(np.float32).ravel())
+    steps.add_key(obj, "Bend", bent_limb.bent(rest(), 140.0))
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", 0.5)
     assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)

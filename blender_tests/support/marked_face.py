@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import faces, meshes, take_files
+from . import faces, meshes, steps, take_files
 
 PICKED = 4
 
@@ -13,11 +13,8 @@ def make():
     """The head with its shape keys at 0, active."""
     points, polygons = faces.rest()
     obj = meshes.make_object(points.tolist(), polygons, "Face")
-    obj.shape_key_add(name="Basis")
     for name, shape in faces.shapes().items():
-        key = obj.shape_key_add(name=name, from_mix=False)
-        key.data.foreach_set("co", shape.astype(np.float32).ravel())
-        key.value = 0.0
+        steps.add_key(obj, name, shape)
     return obj
 
 

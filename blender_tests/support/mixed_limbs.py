@@ -15,9 +15,7 @@ def limb(name="Limb", **shapes):
     obj = meshes.make_object(rest.tolist(), faces, name)
     obj.shape_key_add(name="Basis")
     for key_name, shape in shapes.items():
-        key = obj.shape_key_add(name=key_name, from_mix=False)
-        key.data.foreach_set("co", shape.astype(np.float32).ravel())
-        key.value = 0.0  # of a new one it is 1 from Blender 5.2 on
+        steps.add_key(obj, key_name, shape)
     return obj
 
 

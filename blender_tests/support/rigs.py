@@ -9,6 +9,9 @@ from . import armatures, meshes, steps
 from .handles import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, update  # noqa: F401  for tests
 
 LENGTH, ELBOW = 9.6, 4.8
+RESULT = "Mean-Value"
+#: What controls are moved by; of the mesh's size, what is near.
+OFFSET, NEAR = (0.7, -0.4, 0.9), 1e-4
 #: Vertices within this distance of the elbow are shared by both bones.
 SHARE = 1.5
 

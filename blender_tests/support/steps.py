@@ -68,14 +68,22 @@ def list_anchors(obj, **groups):
             obj.vertex_groups[name].remove([0])
 
 
-def add_pose_key(obj):
-    """A shape key in the rest shape, active and shown, to move vertices in."""
+def add_key(obj, name, shape, relative="Basis"):
+    """A shape key, n x 3, with the Basis if that is missing. It is at 0: from Blender 5.2 on a new one is at 1."""
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
-    key = obj.shape_key_add(name="Pose", from_mix=False)
-    reference = obj.data.shape_keys.reference_key
-    for point, rest in zip(key.data, reference.data, strict=True):
-        point.co = rest.co
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.relative_key = obj.data.shape_keys.key_blocks[relative]
+    key.data.foreach_set("co", np.asarray(shape, np.float32).ravel())
+    key.value = 0.0
+    return key
+
+
+def add_pose_key(obj):
+    """A shape key in the rest shape, active and shown, to move vertices in."""
+    keys = obj.data.shape_keys
+    rest = keys.reference_key.data if keys else obj.data.vertices
+    key = add_key(obj, "Pose", [tuple(each.co) for each in rest], keys.reference_key.name if keys else "Basis")
     key.value = 1.0
     obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(key.name)
     return key

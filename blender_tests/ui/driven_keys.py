@@ -30,12 +30,9 @@ def _set_up(ui):
     """A pinned grid with a key that moves its middle to the side, a handle there, and a look from above."""
     obj = meshes.grid(9, 9)
     obj.name = "Grid"
-    obj.shape_key_add(name="Basis")
-    rest = steps.key_positions(obj, "Basis")
-    key = obj.shape_key_add(name="Side", from_mix=False)
+    rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
     near = np.exp(-((rest - rest[LIP].mean(axis=0)) ** 2).sum(axis=1) / 4.0)[:, None]
-    key.data.foreach_set("co", (rest + near * np.array([2.0, 0.0, 0.0])).astype(np.float32).ravel())
-    key.value = 0.0
+    steps.add_key(obj, "Side", rest + near * np.array([2.0, 0.0, 0.0]))
     steps.list_anchors(obj, Corners=CORNERS)
     obj.meanvalue.drive = 'SHAPE_KEYS'
     ui.remember()

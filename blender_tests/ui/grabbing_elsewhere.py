@@ -8,7 +8,7 @@ import bmesh
 import bpy
 import numpy as np
 from harness import grab, view
-from support import meshes, steps
+from support import libraries, meshes, steps
 
 
 def an_image_of_a_mirror_is_dragged(ui):
@@ -91,15 +91,9 @@ def wire_and_what_cannot_be_selected_are_passed_through(ui):
 def what_is_linked_is_refused_before_anything_is_written(ui):
     yield from grab.set_up(ui)
     obj = grab.ball()
-    with tempfile.TemporaryDirectory() as folder:
-        path = str(pathlib.Path(folder) / "library.blend")
-        obj.name = obj.data.name = "Linked"
-        bpy.data.libraries.write(path, {obj})
-        bpy.data.objects.remove(obj)
-        with bpy.data.libraries.load(path, link=True) as (_source, wanted):
-            wanted.objects = ["Linked"]
-    linked = wanted.objects[0]
-    bpy.context.collection.objects.link(linked)
+    obj.name = obj.data.name = "Linked"
+    linked = libraries.linked(pathlib.Path(tempfile.mkdtemp()), obj, "objects")
+    bpy.data.objects.remove(obj)
     local = bpy.data.objects.new("Local", linked.data)
     local.location.x = 6.0
     bpy.context.collection.objects.link(local)

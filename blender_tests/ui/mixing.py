@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from harness import view
-from support import bent_limb, meshes
+from support import bent_limb, meshes, steps
 from support.interface import is_settled
 from support.snapshot import assert_same, snapshot
 
@@ -39,13 +39,11 @@ def _length():
 def _set_up(ui, along=36, twist=False):
     rest, faces = bent_limb.limb(along=along)
     obj = meshes.make_object(rest.tolist(), faces, "Limb")
-    obj.shape_key_add(name="Basis")
     shapes = {"Bend": bent_limb.bent(rest, 140.0)}
     if twist:
         shapes["Twist"] = bent_limb.twisted(rest, 120.0)
     for name, shape in shapes.items():
-        key = obj.shape_key_add(name=name, from_mix=False)
-        key.data.foreach_set("co", shape.astype(np.float32).ravel())
+        steps.add_key(obj, name, shape)
     ui.remember()
     yield from _show_shape_keys(ui)
     yield from ui.key('NUMPAD_1')

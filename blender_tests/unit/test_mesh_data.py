@@ -165,11 +165,7 @@ def key_shapes(part):
 
 def add_key(obj, name, seed=0, relative="Basis"):
     rng = np.random.default_rng(seed)
-    key = obj.shape_key_add(name=name, from_mix=False)
-    key.relative_key = obj.data.shape_keys.key_blocks[relative]
-    key.data.foreach_set("co", rng.normal(size=3 * len(obj.data.vertices)).astype(np.float32))
-    key.value = 0.0
-    return key
+    return steps.add_key(obj, name, rng.normal(size=3 * len(obj.data.vertices)), relative)
 
 
 @pytest.fixture

@@ -85,9 +85,7 @@ def hold(figure, obj, truths):
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=True)
     for number, truth in enumerate(truths):
-        key = obj.shape_key_add(name=f"Asked {number}", from_mix=False)
-        key.data.foreach_set("co", truth.astype(np.float32).ravel())
-        key.mute = True
+        steps.add_key(obj, f"Asked {number}", truth).mute = True
 
 
 def posed(obj, number):
