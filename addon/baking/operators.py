@@ -80,11 +80,18 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         if prepared.posing.binding is not None:
             prepared.posing.record(obj)
         playing.take_back(obj)
-        notes = list(_play(obj, prepared))
+        if prepared.to_keys:
+            times = prepared.times[prepared.kept]
+            notes = [*playing.play_keys(obj, times, prepared.shapes), *subject.sharing_notes(obj)]
+            prepared.begun.remove()
+            made = wording.counted(len(times), "shape key")
+        else:
+            playing.play_cache(obj, prepared.shown_path, prepared.plan.header)
+            notes, made = [], f"'{prepared.shown_path}'"
+        first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
+        obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        if prepared.to_keys:
-            notes += subject.sharing_notes(obj)
         if prepared.is_done:
             return f"'{obj.name}' is baked already, and nothing has changed since", notes
         what = "frame" if prepared.options.samples == 1 else "sample"
@@ -109,20 +116,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             again.confirm = True
 
         context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
-
-
-def _play(obj, prepared):
-    """Makes what plays the bake. Yields notes."""
-    if prepared.to_keys:
-        times = prepared.times[prepared.kept]
-        yield from playing.play_keys(obj, times, prepared.shapes)
-        prepared.begun.remove()
-        made = wording.counted(len(times), "shape key")
-    else:
-        playing.play_cache(obj, prepared.shown_path, prepared.plan.header)
-        made = f"'{prepared.shown_path}'"
-    first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
-    obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
 
 
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):

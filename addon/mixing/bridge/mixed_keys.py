@@ -2,6 +2,7 @@
 """The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own.
 And those that stand for a mix, each driven by the sliders that it is a correction of."""
 
+import bpy
 import numpy as np
 
 from ... import ids, wording
@@ -87,12 +88,13 @@ def make_key(obj):
     shape_keys.show_fully(obj.data.shape_keys, key)
 
 
-def carry_over(obj):
-    """In files of before shape keys had marks the key has its name alone."""
-    if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None and not mix_names(obj):
-        key = obj.data.shape_keys and obj.data.shape_keys.key_blocks.get(ids.MIX_KEY)
-        if key and key.value == 1.0 and shape_keys.WRITTEN[Role.MIX] not in obj.data.shape_keys:
-            key.slider_min = key_marks.mark(Role.MIX)
+def carry_over():
+    """Objects may come from an older file: before shape keys had marks, the key had its name alone."""
+    for obj in bpy.data.objects:
+        if obj.meanvalue.mix.is_on and obj.type == 'MESH' and obj.data.library is None and not mix_names(obj):
+            key = obj.data.shape_keys and obj.data.shape_keys.key_blocks.get(ids.MIX_KEY)
+            if key and key.value == 1.0 and shape_keys.WRITTEN[Role.MIX] not in obj.data.shape_keys:
+                key.slider_min = key_marks.mark(Role.MIX)
 
 
 def why_hidden(obj):

@@ -73,7 +73,7 @@ def found(solve, ranges, tolerance, most, common):
             if is_enough() or heights[orders] <= SMALL * tolerance:
                 break
             shapes.append(InBetween(orders, (yield from lacking(orders))))  # solved anew: there may be many
-            left -= _weights(knots, orders, settings) * shapes[-1].offset
+            left -= weight(knots, orders, settings)[:, None, None] * shapes[-1].offset
         # A slider alone is right at its first place, which says nothing of the others.
         last = bounds if () in last else {each: high for each, high in heights.items() if high > SMALL * tolerance}
     error = _height(left)
@@ -93,11 +93,6 @@ def _next_to(last, knots, common):
             if bound > 0.0 and number < MOST and together <= MOST_TOGETHER:
                 bounds[new] = max(bound, bounds.get(new, 0.0))
     return bounds
-
-
-def _weights(knots, orders, settings):
-    """(s, 1, 1)."""
-    return weight(knots, orders, settings)[:, None, None]
 
 
 def setting(ranges, number):
