@@ -114,7 +114,7 @@ std::size_t LocalCells::central_shape(const std::vector<PositionsView>& shapes,
     return std::max_element(merits.begin(), merits.end()) - merits.begin();
 }
 
-/// The edges without what shape and cell rotate them by.
+/// The edges without what shape, cell and bend rotate them by.
 void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const std::vector<Quaternion>& rotations,
                                int threads, const Execution& execution) {
     edges_.resize(rings_.vertices.size() * count_);
@@ -123,9 +123,10 @@ void LocalCells::measure_edges(const std::vector<PositionsView>& shapes, const s
             for (Index place = rings_.offsets[v]; place < rings_.offsets[v + 1]; ++place) {
                 const Index to = rings_.vertices[place];
                 for (std::size_t k = 0; k < count_; ++k) {
-                    const Quaternion own = shape_rotations_[k] * rotations[v * count_ + k];
+                    const Quaternion& own = rotations[v * count_ + k];
+                    const Quaternion bend = half_way(own, rotations[to * count_ + k]);
                     const Vector3 edge = (shapes[k].row(v) - shapes[k].row(to)).transpose();
-                    edges_[place * count_ + k] = own.conjugate() * edge;
+                    edges_[place * count_ + k] = (shape_rotations_[k] * own * bend).conjugate() * edge;
                 }
             }
         }
@@ -145,7 +146,7 @@ void LocalCells::fill(const ShapeWeights& weights, const std::vector<double>& si
                 Vector3 sum = Vector3::Zero();
                 for (std::size_t k = 0; k < count_; ++k)
                     sum += (of[k] * sizes[k]) * edges_[place * count_ + k];
-                edges[place] = sum;
+                edges[place] = half_way(rotations[v], rotations[rings_.vertices[place]]) * sum;
             }
         }
     });

@@ -12,10 +12,11 @@
 namespace meanvalue {
 
 /// A cell is a vertex with the edges of its ring. In shape k that of vertex i has the edges
-///     size_k G_k R_ik e_ijk,
+///     size_k G_k R_ik M_ijk e_ijk,
 /// size_k being the root mean square of its edges over that of the central shape's, alike ones before others, G_k the
-/// rotation of the shape as a whole, and R_ik that of the cell in it. Rotations are those that take the edges of the
-/// central shape onto those of the others as well as possible. An in-between shape has averages of the e_ijk and
+/// rotation of the shape as a whole, R_ik that of the cell in it, and M_ijk the rotation half-way on from there to
+/// that of cell j, so that a cell that is bent has its edges bent as well. Rotations are those that take the edges of
+/// the central shape onto those of the others as well as possible. An in-between shape has averages of the e_ijk and
 /// rotations by RelativeRotations (docs/algorithm.md, "Blending"); it does not depend on the order of the shapes.
 class LocalCells {
   public:

@@ -145,25 +145,48 @@ void RelativeRotations::connect(const Execution& execution) {
         starts[patch] = {largest(patch_vectors_.data() + patch * count_), patch};
     std::sort(starts.begin(), starts.end());
     std::vector<char> is_known(patch_count_, 0);
-    using Edge = std::tuple<double, Index, Index>;  // angle, to, from
+    using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
     for (const auto& [angle, start] : starts) {
-        if (!is_known[start]) queue.emplace(0.0, start, start);
+        if (!is_known[start]) queue.emplace(0.0, start, start, 0);
         while (!queue.empty()) {
-            execution.check();
-            const auto [cost, to, from] = queue.top();
+            execution.check_every(tree_.size());
+            const auto [cost, to, from, way] = queue.top();
             queue.pop();
             if (is_known[to]) continue;
             is_known[to] = 1;
+            tree_.push_back({to, from, way});
             for (std::size_t k = 0; k < count_; ++k)
                 patch_vectors_[to * count_ + k] =
                     rotation_vector(means_[to * count_ + k], patch_vectors_[from * count_ + k]);
             for (const auto& [further, pair] : next_to[to]) {
                 const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
-                if (!is_known[next]) queue.emplace(further, next, to);
+                if (!is_known[next]) queue.emplace(further, next, to, pair);
             }
         }
     }
+}
+
+/// Where the Gauss-Newton steps start: rotations with exactly the given ones between neighbors of the tree, each part
+/// of the mesh turned as a whole to fit `in_space` best. The best is near, however far limbs are bent.
+std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
+                                                  const std::vector<Quaternion>& in_space) const {
+    std::vector<Quaternion> found = in_space;
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Matrix3 sum = Matrix3::Zero();
+        do {
+            const auto& [patch, from, pair] = tree_[end];
+            if (patch != from)
+                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
+            sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
+            ++end;
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        const Quaternion whole = Quaternion(closest_rotation(sum));
+        for (; begin < end; ++begin)
+            found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
+    }
+    return found;
 }
 
 void RelativeRotations::factorise(const Execution& execution) {
@@ -188,7 +211,7 @@ void RelativeRotations::factorise(const Execution& execution) {
         throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
 }
 
-/// One Gauss-Newton step.
+/// One Gauss-Newton step. @return the largest angle by which it turns a patch.
 void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                              const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
@@ -201,6 +224,17 @@ void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector
     }
     SupernodalFactor::Workspace workspace;
     factor_.solve(sums, sums, 1, execution, workspace);
+    // Only differences count: each part of the mesh stays as it is, as a whole.
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Vector3 mean = Vector3::Zero();
+        do {
+            mean += Vector3(sums.row(tree_[end++].patch));
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        mean /= static_cast<double>(end - begin);
+        for (; begin < end; ++begin)
+            sums.row(tree_[begin].patch) -= mean.transpose();
+    }
     for (Index patch = 0; patch < patch_count_; ++patch)
         rotations[patch] = (quaternion_by(sums.row(patch)) * rotations[patch]).normalized();
 }
@@ -209,11 +243,11 @@ void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector
 std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vector<double>& shares,
                                                                 const std::vector<Quaternion>& frames,
                                                                 const Execution& execution) const {
-    if (patch_count_ == 0) return {};                 // no vertex has a ring
-    std::vector<Quaternion> rotations(patch_count_);  // those in space, where the steps begin
+    if (patch_count_ == 0) return {};  // no vertex has a ring
+    std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const std::size_t first = patch * count_;
-        rotations[patch] = average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, count_);
+        in_space[patch] = average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, count_);
     }
     std::vector<Quaternion> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
@@ -224,9 +258,26 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
         }
         between[pair] = quaternion_by(sum);
     }
+    std::vector<Quaternion> found = follow(between, in_space);
     for (int round = 0; round < kSteps; ++round)
-        step(between, rotations, execution);
-    return rotations;
+        step(between, found, execution);
+    return found;
+}
+
+/// The further rotation of a vertex whose weights differ from those of its patches.
+/// @param mean the rotation of these patches in between.
+Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
+                                          const std::vector<Quaternion>& frames, const Quaternion& mean) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t k = 0; k < count_; ++k) {
+        double more = weights[k];
+        for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
+            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count_ + k];
+        if (more == 0.0) continue;
+        const Quaternion own = patches_.mean_rotation(vertex, means_.data() + k, count_);
+        sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
+    }
+    return quaternion_by(sum);
 }
 
 void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames,
@@ -237,8 +288,11 @@ void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quat
     rotations.resize(rings_.vertex_count());
     parallel_for(rings_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            rotations[v] = rotation * patches_.mean_rotation(v, patches.data(), 1) *
-                           average_rotation(own_vectors_.data() + v * count_, {}, weights.of(v), count_);
+            const double* const of = weights.of(v);
+            rotations[v] = patches_.mean_rotation(v, patches.data(), 1);
+            if (!weights.is_uniform()) rotations[v] *= own_weights(v, of, shares, frames, rotations[v]);
+            rotations[v] =
+                rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count_, {}, of, count_);
         }
     });
 }

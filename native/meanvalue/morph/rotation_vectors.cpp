@@ -40,6 +40,14 @@ Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near) {
     return (angle + turns * kFullAngle) * axis;
 }
 
+Quaternion half_way(const Quaternion& own, const Quaternion& other) {
+    Quaternion relative = own.conjugate() * other;
+    const double cosine = relative.w();
+    relative.vec() *= cosine;
+    relative.w() = 1.0 + cosine * cosine;
+    return relative.normalized();
+}
+
 Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t first, std::size_t stride) {
     Matrix3 sum = Matrix3::Zero();
     for (std::size_t k = first; k < rotations.size(); k += stride)

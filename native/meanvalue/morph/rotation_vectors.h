@@ -16,6 +16,10 @@ Quaternion quaternion_by(const Vector3& vector);
 /// The vector of a rotation that is nearest to `near`: its angle may be beyond 180 degrees, or several times 360.
 Vector3 rotation_vector(const Quaternion& rotation, const Vector3& near = Vector3::Zero());
 
+/// From the frame of a cell to one half-way to a neighbor's. Beyond 90 degrees between them it goes back to the
+/// cell's own, so that it is smooth also where half-way is ambiguous.
+Quaternion half_way(const Quaternion& own, const Quaternion& other);
+
 /// The rotation nearest to every `stride`th of the rotations from `first` on (least squares of their matrices).
 Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t first = 0, std::size_t stride = 1);
 
