@@ -19,6 +19,7 @@ from ..core import alignment, cuffs, gaps, landmarks, matching, retargeting, sol
 from ..core import body as bodies
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
+from ..core.proportions import with_hips
 
 #: Fewer points leave open how the markers are turned.
 LEAST_PAIRS = 3
@@ -57,7 +58,7 @@ class Markers:
     path: np.ndarray  # (f, m, 3)
     reference: np.ndarray  # (m, 3)
     actor: np.ndarray  # (m, 3): the same with the lengths of the one who was captured
-    sits: bool  # in the reference, and was stood up for it
+    floor: float | None  # its height, of who sits in the reference and was stood up for it
 
 
 def find(given):
@@ -79,10 +80,13 @@ def steps(given):
     to_mesh, words = _alignment(given, markers, body)
     path, rate = motion.apply(to_mesh, markers.path), given.recording.rate_hz
     laid = motion.apply(to_mesh, markers.reference)
+    if markers.floor is not None:  # how high who sits would stand is a guess
+        path[..., 2] += body.ground - motion.apply(to_mesh, np.array([0.0, 0.0, markers.floor]))[2]
     markers = replace(markers, path=path, reference=laid, actor=laid)
     if options.pose_limbs and options.align != 'NONE':
         yield "posing limbs", 0.4
-        laid, actor = posed_and_actor(laid, markers.landmarks, body)
+        rest, _, names = with_hips(laid, path, markers.landmarks)  # legs turn about the hips of all frames
+        laid, actor = (points[: len(laid)] for points in posed_and_actor(rest, names, body))
         markers = replace(markers, reference=laid, actor=actor)
     yield "matching", 0.5
     far = bodies.far(surface.nearest(laid)[3] / body.height, markers.landmarks, options.pose_limbs)
@@ -98,7 +102,7 @@ def steps(given):
     found = []
     if options.keep_floor:
         level = body.ground + options.floor_height
-        path, found = soles.on_floor(markers, path, match.vertex, body, level, rate, markers.sits)
+        path, found = soles.on_floor(markers, path, match.vertex, body, level, rate, markers.floor is not None)
         markers = replace(markers, path=path)
     targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
@@ -177,10 +181,10 @@ def _chosen(given, frame, path, reference):
         )
     names, seen = [names[row] for row in np.flatnonzero(kept)], np.array(seen)[kept]
     places, path, seated = tuple(given.landmarks[name] for name in names), path[:, seen], reference[seen]
-    stands = seated
+    stands, floor = seated, min(0.0, np.nanmin(path[..., 2], initial=0.0))
     if given.options.align == 'AUTO':
-        stands = alignment.stood_up(seated, places, min(0.0, np.nanmin(path[..., 2], initial=0.0)))
-    return Markers(names, places, path, stands, stands, stands is not seated), notes
+        stands = alignment.stood_up(seated, places, floor)
+    return Markers(names, places, path, stands, stands, None if stands is seated else floor), notes
 
 
 def _alignment(given, markers, body):

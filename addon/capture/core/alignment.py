@@ -206,14 +206,21 @@ def _tall_by_heights(markers, heights):
 
 def stood_up(markers, names, ground):
     """(m, 3): the markers of who sits, crouches or lies, turned and raised as a whole so that his trunk is where he has
-    it who stands on the `ground`, a height in meters; those of others as they are. Legs are posed later."""
+    it who stands on the `ground`, a height in meters; those of others as they are. Legs are posed later, and feet that
+    stand stay as flat as captured."""
     heights = places.heights_of(names)
     by_parts, pelvis, upper = _tall_by_parts(markers, names, heights), (heights > 0.5) & (heights < 0.6), heights > 0.7
     if not (_tall_by_heights(markers, heights)[0] < BENT * by_parts and pelvis.any() and upper.any()):
         return markers
     middle = markers[pelvis].mean(axis=0)
     turn = turns_between(markers[upper].mean(axis=0) - middle, np.array([0.0, 0.0, 1.0]))
-    return (markers - middle) @ turn.T + [*middle[:2], ground + by_parts * heights[pelvis].mean()]
+    result, segments = (markers - middle) @ turn.T, places.segments(names)
+    for side, touching in places.feet(names).items():
+        foot = segments.get(f"foot.{side}", touching)  # with its ankle
+        if markers[touching, 2].mean() < markers[foot, 2].mean():
+            result[foot] = result[foot].mean(axis=0) + markers[foot] - markers[foot].mean(axis=0)
+    result += [*middle[:2], ground + by_parts * heights[pelvis].mean()]
+    return result
 
 
 def _scale_by_heights(markers, names, heights, height):

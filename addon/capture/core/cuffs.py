@@ -9,19 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene.core.motion import fit_rotations, unit
+from ...scene.core.motion import fit_rotations
 from ...scene.core.point_sets import parts
 from . import landmarks as places
-from .proportions import with_hips
+from .proportions import carried, with_hips
 
-#: Segments of the body that are stiff, long and bent far at both ends.
-LIMBS = ("thigh", "shank")
+#: Segments of the body that are stiff, long and bent far at both ends, and how strong their cuffs are: where hips are
+#: is less sure than where markers are.
+LIMBS = {"thigh": 0.85, "shank": 1.0}
 #: Radians that a segment's roll may be off: how badly its markers fit it, over how far they are from its axis.
 ROLL = 1.0
 #: What each of these takes from the strength of a cuff.
 DOUBT = 0.4
-#: Vertices of a cuff; how thick (radius) a segment may be over the length that its markers span.
-COUNT, THICKEST = 5, 0.3
+#: Where the two rings of a cuff are, from the middle, and how thick (radius) a segment may be: over the length that its
+#: markers span. Vertices of a cuff: one ring does not hold how a limb is tilted.
+RINGS, THICKEST, COUNT = (-0.15, 0.15), 0.3, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +65,19 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
             continue
         along = (points - middle) @ axis
         middle = middle + 0.5 * (along.min() + along.max()) * axis
-        ring = ring_around(middle, axis, vertices, triangles)
-        if ring is None or ring.radius > THICKEST * np.ptp(along):
+        span = np.ptp(along)
+        rings = [ring_around(middle + share * span * axis, axis, vertices, triangles) for share in RINGS]
+        radius = max(radius for _, _, radius in rings)
+        if radius > THICKEST * span:
             continue  # no limb but a trunk
-        free = np.setdiff1d(ring.numbers, list(taken))
-        chosen = free[spread(ring.ways(vertices[free]), ring.ways(vertices[[anchors[k] for k in own]]), COUNT)].tolist()
+        free = np.setdiff1d(np.concatenate([numbers for numbers, _, _ in rings]), list(taken))
+        chosen = free[spread(vertices[free], vertices[anchors[own]], COUNT)].tolist()
         if len(chosen) == COUNT:
             taken |= set(chosen)
             centre = vertices[chosen].mean(axis=0)
             centres = moving[:, own].mean(axis=1) + np.einsum("fij,j->fi", turns, centre - rest[own].mean(axis=0))
-            strength = 1.0 - DOUBT * error
-            cuffs.append(Cuff(name, np.array(chosen), centre, ring.radius, strength, turns, centres))
+            strength = LIMBS[name.split(".")[0]] - DOUBT * error
+            cuffs.append(Cuff(name, np.array(chosen), centre, radius, strength, turns, centres))
     return cuffs, refused
 
 
@@ -82,25 +86,9 @@ def _motion(rest, moving):
     frames without all of them."""
     turns, centres = fit_rotations(rest, moving), moving.mean(axis=1)
     turns[np.isnan(centres[:, 0])] = np.nan
-    carried = centres[:, None] + np.einsum("fij,kj->fki", turns, rest - rest.mean(axis=0))
-    squares = ((moving - carried) ** 2).sum(axis=2)
+    squares = ((moving - carried(rest, moving, turns)) ** 2).sum(axis=2)
     squares = squares[~np.isnan(squares[:, 0])]
     return turns, float(np.sqrt(squares.mean())) if len(squares) else np.inf
-
-
-@dataclass(frozen=True, eq=False)
-class Ring:
-    """Vertices `numbers` (k,) around `centre` (3,), `radius` from it on average, across `axis` (3,)."""
-
-    numbers: np.ndarray
-    centre: np.ndarray
-    axis: np.ndarray
-    radius: float
-
-    def ways(self, points):
-        """(p, 3) unit: from the axis to points (p, 3)."""
-        away = points - self.centre
-        return unit(away - np.outer(away @ self.axis, self.axis))
 
 
 def spread(points, held, count):
@@ -116,10 +104,8 @@ def spread(points, held, count):
 
 
 def ring_around(middle, axis, vertices, triangles):
-    """The `Ring` where the plane through `middle` (3,) across `axis` (3,) cuts the mesh: the nearest one, or None.
-
-    vertices  (n, 3); triangles  (t, 3).
-    """
+    """(numbers (k,), centre (3,), mean radius) of the vertices (n, 3) where the plane through `middle` (3,) across
+    `axis` (3,) cuts the mesh's triangles (t, 3): of the nearest ring; an infinite radius where there is none."""
     is_above = (vertices - middle) @ axis > 0.0
     cut = triangles[is_above[triangles].any(axis=1) & ~is_above[triangles].all(axis=1)]
     part = parts(np.concatenate([cut[:, :2], cut[:, 1:]]), len(vertices))
@@ -129,6 +115,5 @@ def ring_around(middle, axis, vertices, triangles):
         around = numbers[part[numbers] == first]
         points = vertices[around]
         centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        radius = float(np.linalg.norm(np.cross(axis, points - centre), axis=1).mean())
-        rings.append(Ring(around, centre, axis, radius))
-    return min(rings, key=lambda ring: np.linalg.norm(ring.centre - middle), default=None)
+        rings.append((around, centre, float(np.linalg.norm(np.cross(axis, points - centre), axis=1).mean())))
+    return min(rings, key=lambda ring: np.linalg.norm(ring[1] - middle), default=(numbers, middle, np.inf))

@@ -25,14 +25,15 @@ class Limb:
 
     joint (3,) that it turns about; upper, fore: numbers of the markers before and beyond the joint in its middle, which
     is where the markers `middle` are; samples, normals (s, 3) of its skin; faces (m, 3) where the skin at each marker
-    looks, of length 1 or less where that is not sure, 0 where it is not known, or None; height of the body.
+    looks, of length 1 or less where that is not sure, 0 where it is not known, or None; height of the body; end: those
+    beyond that are in line with it when it is stretched (toes are not), all of them if there is none.
     """
 
-    def __init__(self, markers, joint, upper, fore, middle, samples, normals, faces, height):
+    def __init__(self, markers, joint, upper, fore, middle, samples, normals, faces, height, end=None):
         self._markers, self._joint, self._samples, self._normals = markers.copy(), joint, samples, normals
         self._upper, self._fore, self._middle = upper, fore, middle
         self._faces, self._reach = np.zeros_like(markers) if faces is None else faces, FACING * height
-        self.numbers = upper + fore
+        self.numbers, self._end = upper + fore, end or fore
 
     def residual(self, markers):
         """Rms distance of the limb's markers from its skin; more where that looks another way."""
@@ -41,7 +42,7 @@ class Limb:
     def is_bent(self):
         """Whether its middle is bent as nobody's is who stands."""
         middle = self._markers[self._middle].mean(axis=0)
-        beyond = self._markers[self._fore].mean(axis=0) - middle if self._fore else middle - self._joint
+        beyond = self._markers[self._end].mean(axis=0) - middle if self._fore else middle - self._joint
         return bool(unit(beyond) @ unit(middle - self._joint) < BENT)
 
     def posed(self, tip, is_stretched):
@@ -104,7 +105,7 @@ class Limb:
         if self._fore:
             elbow = result[self._middle].mean(axis=0)
             beyond = result[self._fore] - elbow
-            turn = turns_between(beyond.mean(axis=0), elbow - self._joint)
+            turn = turns_between(result[self._end].mean(axis=0) - elbow, elbow - self._joint)
             result[self._fore] = elbow + beyond @ turn.T
         return result
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ...scene.core.motion import unit
 from . import facing, proportions
-from .landmarks import side_of
+from .landmarks import heights_of, side_of
 from .limb import Limb
 from .proportions import hips_of
 
@@ -121,9 +121,13 @@ def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
     if limb:
         foot, ankle = (_numbers(landmarks, side, names) for names in FOOT)
         captured = markers.copy()
-        _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=limb.is_bent()))
+        is_bent = limb.is_bent()
+        _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=is_bent))
         if foot and ankle and captured[foot, 2].mean() < captured[ankle, 2].mean():  # else the leg is held up
             markers[foot] = limb.foot(captured, markers, foot, ankle)
+            if is_bent:  # stretched it stands; how long it is then is told by no skin
+                above = heights_of([landmarks[k] for k in foot]).mean() * body.height
+                markers[limb.numbers, 2] += body.ground + above - markers[foot, 2].mean()
 
 
 def _limb(markers, landmarks, side, parts, joint, body, is_limb, faces):
@@ -131,7 +135,8 @@ def _limb(markers, landmarks, side, parts, joint, body, is_limb, faces):
     upper, fore, middle = (_numbers(landmarks, side, names) for names in (*parts[:2], parts[2:]))
     if not middle or np.count_nonzero(is_limb) < 20:
         return None
-    return Limb(markers, joint, upper, fore, middle, body.points[is_limb], body.normals[is_limb], faces, body.height)
+    skin, end = (body.points[is_limb], body.normals[is_limb]), [k for k in fore if landmarks[k].startswith("ankle")]
+    return Limb(markers, joint, upper, fore, middle, *skin, faces, body.height, end)
 
 
 def _end(skin, outermost):

@@ -4,8 +4,8 @@ And the centres of the hips, which no marker can be put on: legs turn about them
 
 import numpy as np
 
-from ...scene.core.motion import fit_rotations
-from .landmarks import ARM, side_of
+from ...scene.core.motion import fit_rotations, unit
+from .landmarks import ARM, segments_of, side_of
 
 #: Height of the crotch of grown-ups over that of the body (Drillis and Contini 1966), and from what difference on a
 #: mesh is another kind of body; twice the standard deviation among people.
@@ -50,6 +50,8 @@ def moved(markers, landmarks, body, before, after):
 
 
 HIPS, FRONT = ("hip.L", "hip.R"), ("pelvis.front.L", "pelvis.front.R")
+#: By how much hips as below are off, along an axis, over the distance of both (Leardini et al. 1999); rounds.
+BELL, ROUNDS = 0.083, 3
 
 
 def hips_of(points, landmarks):
@@ -65,27 +67,55 @@ def hips_of(points, landmarks):
     if not {*FRONT} <= {*landmarks} or not back:
         return np.zeros((0, 3))
     front = points[[landmarks.index(name) for name in FRONT]]
-    middle, left = front.mean(axis=0), front[0] - front[1]
-    width = max(np.linalg.norm(left), 1e-12)
-    left = left / width
+    middle, across = front.mean(axis=0), front[0] - front[1]
+    width, left = np.linalg.norm(across), unit(across)
     backward = points[back].mean(axis=0) - middle
-    backward -= (backward @ left) * left
-    backward /= max(np.linalg.norm(backward), 1e-12)
+    backward = unit(backward - (backward @ left) * left)
     down = np.cross(backward, left)
     return np.array([middle + width * (sign * 0.36 * left + 0.22 * backward + 0.30 * down) for sign in (1.0, -1.0)])
 
 
 def with_hips(reference, markers, landmarks):
     """(reference (m, 3), markers (f, m, 3), landmarks), each with the two hips appended, which move rigidly with the
-    markers of the pelvis; unchanged where these do not tell, and of skeletons."""
+    markers of the pelvis; unchanged where these do not tell, and of skeletons.
+
+    A hip is where the markers of its thigh turn about, as far as they tell that better than the pelvis does.
+    """
     hips = hips_of(reference, landmarks)
     if len(hips) == 0 or "hip.L" in landmarks:
         return reference, markers, tuple(landmarks)
     pelvis = [k for k, landmark in enumerate(landmarks) if (landmark or "").startswith("pelvis.")]
+    usual = BELL * max(np.linalg.norm(hips[0] - hips[1]), 1e-12)
     turns = fit_rotations(reference[pelvis], markers[:, pelvis])
+    turns[(~np.isnan(markers[:, pelvis, 0])).sum(axis=1) < 3] = np.nan
     moved = carried(np.concatenate([reference[pelvis], hips]), markers[:, pelvis], turns)[:, len(pelvis) :]
-    moved[(~np.isnan(markers[:, pelvis, 0])).sum(axis=1) < 3] = np.nan
+    for hip, name in enumerate(HIPS):
+        thigh = [k for k, landmark in enumerate(landmarks) if f"thigh.{name[-1]}" in segments_of(landmark)]
+        paths = np.einsum("fji,fkj->kfi", turns, markers[:, thigh] - moved[:, hip, None])  # as the pelvis sees them
+        off = _middle(paths, usual)
+        hips[hip], moved[:, hip] = hips[hip] + off, moved[:, hip] + turns @ off
     return np.concatenate([reference, hips]), np.concatenate([markers, moved], axis=1), (*landmarks, *HIPS)
+
+
+def _middle(paths, usual):
+    """(3,): the point that each of paths (k, f, 3) is as far from all the time (linear in it), NaN left out.
+
+    It is the likeliest one where the origin is off by `usual` along each axis, and skin slides by what is left of each
+    distance: by as much all through a motion, so that more frames tell no more.
+    """
+    normal, right, square = np.zeros((3, 3)), np.zeros(3), 1e-12
+    for path in paths:
+        path = path[~np.isnan(path[:, 0])]
+        if len(path):
+            far = np.linalg.norm(path, axis=1)
+            ways, levels = (path - path.mean(axis=0)) / far.mean(), 0.5 * (far**2 - (far**2).mean()) / far.mean()
+            normal, right = normal + ways.T @ ways / len(path), right + ways.T @ levels / len(path)
+            square += (levels**2).mean()
+    result, slides = np.zeros(3), 1e-9 * square
+    for _ in range(ROUNDS):
+        result = np.linalg.solve(normal + slides / max(len(paths), 1) / usual**2 * np.eye(3), right)
+        slides = square - 2.0 * right @ result + result @ normal @ result
+    return result
 
 
 def carried(reference, markers, turns):

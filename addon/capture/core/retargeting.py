@@ -36,7 +36,9 @@ def retarget(markers, reference, character, landmarks):
     _require_same_heading(reference, character)
     reference, completed, landmarks = with_hips(reference, markers, landmarks)
     if len(reference) > count:
-        character = np.concatenate([character, hips_of(character, landmarks[:count])])
+        hips, own = (hips_of(points, landmarks[:count]) for points in (character, reference[:count]))
+        size = np.linalg.norm(hips[0] - hips[1]) / np.linalg.norm(own[0] - own[1])
+        character = np.concatenate([character, hips + size * (reference[count:] - own)])
     graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)
     completed = complete(completed, reference, graph, turns)
