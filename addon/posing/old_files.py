@@ -27,7 +27,9 @@ def _from_0_1(obj, stored):
     """Of version 0.1.0: handles were `anchor_groups`; a region had Invert, with which those outside the group may move;
     seams were open, and the result was known by its name. Returns whether nothing is left to do."""
     settings = obj.meanvalue
-    if settings.bound.is_bound and not stored["bound"].pop("knows_seams", False):
+    if stored.get("roi_invert") and obj.mode == 'EDIT':
+        return False  # its groups are written when that is left
+    if settings.bound.is_bound and not stored["bound"].get("knows_seams", False):
         settings.close_seams = False
     if settings.stiffness_group and not settings.is_property_set("bend_at"):
         settings.bend_at = ids.BEND_PAINTED
@@ -37,7 +39,9 @@ def _from_0_1(obj, stored):
     if followed_key:
         _tell(obj, followed_key)
     _mark_result(obj, stored.pop("former_result", ""))
-    return _turn_region_around(obj, stored)
+    if stored.pop("roi_invert", False):
+        _turn_region_around(obj)
+    return True
 
 
 MIGRATIONS = (_from_0_1,)
@@ -66,18 +70,12 @@ def _mark_result(obj, name):
         pose_key.adopt(obj.meanvalue, result)
 
 
-def _turn_region_around(obj, stored):
-    """A group of its own takes the place of one that was inverted. Returns whether nothing is left to do: in Edit Mode
-    that waits until it is left."""
-    settings = obj.meanvalue
-    if not stored.get("roi_invert") or obj.mode == 'EDIT':
-        return not stored.get("roi_invert")
-    rest = shape_keys.rest_positions(obj.data)
+def _turn_region_around(obj):
+    """A group of its own takes the place of one that was inverted."""
+    settings, rest = obj.meanvalue, shape_keys.rest_positions(obj.data)
     held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
-    del stored["roi_invert"]
     if settings.roi_group in obj.vertex_groups:
         region.write(obj, 1.0 - held)
-    return True
 
 
 def _tell(obj, names):

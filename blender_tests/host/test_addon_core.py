@@ -328,13 +328,17 @@ def test_a_bent_joint_goes_on_as_it_is_bent_and_a_straight_one_as_it_is_told():
         assert np.allclose(along, (0, 0, -1)) and np.allclose(found, way)
     assert joints.hinge(top, np.array((0.0, 0.0, 1.0)), bottom, None) is None
     assert joints.hinge(top, np.array((0.0, 0.0, 1.0)), bottom, top) is None
+    assert joints.hinge(top, np.array((0.0, 0.0, 1.0)), np.array((0.0, -0.1, 1.0)), top) is None  # a kneecap
+    assert joints.hinge(top, top, top, top) is None
 
 
 def test_knees_and_elbows_are_known_by_their_names():
     parents = {"spine": "", "thigh.L": "spine", "shin.L": "thigh.L", "foot.L": "shin.L", "toe.L": "foot.L"}
     parents |= {"upper_arm.L": "spine", "forearm.L": "upper_arm.L", "hand.L": "forearm.L", "forefoot.L": "hand.L"}
-    found = {lower: (upper, end) for upper, lower, end in segments.hinges(parents, segments.of(parents))}
-    assert found == {"shin.L": ("thigh.L", "foot.L"), "forearm.L": ("upper_arm.L", "hand.L")}
+    parents |= {"kneecap.L": "shin.L", "patch.L": "kneecap.L", "tail_upper": "spine", "tail_lower": "tail_upper"}
+    parents |= {"tail_tip": "tail_lower", "spine_lower": "spine", "spine_mid": "spine_lower"}
+    found = {lower: (upper, ends) for upper, lower, ends in segments.hinges(parents, segments.of(parents))}
+    assert found == {"shin.L": ("thigh.L", ["foot.L", "kneecap.L"]), "forearm.L": ("upper_arm.L", ["hand.L"])}
     assert segments.is_arm("forearm.L") and not segments.is_arm("shin.L")
 
 

@@ -28,6 +28,13 @@ def places(cuff):
     return cuff.centres[:, None] + np.einsum("fij,kj->fki", cuff.turns, VERTICES[cuff.vertices] - cuff.centre)
 
 
+@pytest.mark.parametrize("size", [1.0, 1000.0])
+def test_a_cuff_goes_around_its_limb_in_any_unit(size):
+    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    ring = size * np.stack([np.cos(angles), np.sin(angles), np.zeros(24)], axis=1)
+    assert set(cuffs.spread(ring, ring[:0], 4)) == {0, 6, 12, 18}
+
+
 def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
     joints, turns, _ = walking_figure.walking(np.arange(120) / 100.0)
     walk = walking_figure.markers_on(joints, turns)

@@ -86,16 +86,24 @@ def test_without_weights_it_says_so_and_bends_everywhere():
     assert found.stiffness is None and found.bends.startswith("No bone of a rig has weights")
 
 
-@pytest.mark.parametrize("change", ["deform", "parent", "place"])
+@pytest.mark.parametrize("change", ["deform", "parent", "place", "turn"])
 def test_it_notices_that_bones_were_edited(change):
     obj, armature = rigs.arm()
     rigs.pin(obj, "Bottom", rigs.BOTTOM)
+    obj.parent = armature.parent = root = bpy.data.objects.new("Root", None)
+    bpy.context.collection.objects.link(root)
+    handles.update()
     model = part("posing.bridge.scene_input").model(obj)
     model.read(obj)
     assert model.is_read(obj)
     meshes.activate(armature)
     if change == "deform":
         armature.data.bones["Lower"].use_deform = False
+    elif change == "turn":
+        root.rotation_euler.z += 1.0
+        handles.update()
+        assert model.is_read(obj)
+        obj.rotation_euler.z += 1.0
     else:
         bpy.ops.object.mode_set(mode='EDIT')
         bone = armature.data.edit_bones["Lower"]

@@ -147,7 +147,10 @@ def test_an_inverted_region_goes_on_letting_the_same_vertices_move(tmp_path, mod
     steps.list_anchors(obj, Handle=[12])
     steps.add_group(obj, "Held", range(10), 0.4)
     obj.meanvalue.roi_group = "Held"
-    installed.part("compat").stored(obj)["roi_invert"] = True
+    stored = installed.part("compat").stored(obj)
+    stored["roi_invert"] = True
+    obj.meanvalue.bound.is_bound = True
+    stored["bound"]["knows_seams"] = True
     bpy.ops.object.mode_set(mode=mode)
     path = str(tmp_path / "inverted.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -156,7 +159,7 @@ def test_an_inverted_region_goes_on_letting_the_same_vertices_move(tmp_path, mod
     bpy.context.view_layer.update()
     obj = bpy.data.objects["Grid"]
     free = installed.part("scene.vertex_groups").weights(obj, ["Held", obj.meanvalue.roi_group])
-    assert obj.meanvalue.roi_group == "Region"
+    assert obj.meanvalue.roi_group == "Region" and obj.meanvalue.close_seams
     assert free["Held"].tolist() == pytest.approx([0.4] * 10 + [0.0] * 15)
     assert free["Region"].tolist() == pytest.approx([0.6] * 10 + [1.0] * 15, abs=1 / 255)
 

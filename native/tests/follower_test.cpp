@@ -306,6 +306,13 @@ TEST(Follower, OddMeshesFollowToo) {
     EXPECT_TRUE(follower_of(point, cloth, FollowKind::kCloth).follow(point.vertices).allFinite());
 }
 
+TEST(Follower, AHubOfManyFacesTakesNoSquareOfThem) {
+    const Mesh body = capped_tube(20000, 3, 1.0);
+    const Mesh cloth = moved(body, 1.05, Vector3::Zero());
+    const Follower follower = follower_of(body, cloth, FollowKind::kCloth);
+    EXPECT_LT(largest_distance(follower.follow(body.vertices), cloth.vertices), 1e-10);
+}
+
 TEST(Follower, WrongInputIsNamed) {
     const Mesh body = sphere(1);
     Mesh cloth = sphere(1);

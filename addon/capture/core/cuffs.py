@@ -96,7 +96,7 @@ def spread(points, held, count):
     chosen = []
     while len(chosen) < min(count, len(points)):
         others = np.concatenate([held, points[chosen]])
-        apart = np.linalg.norm(points[:, None] - others, axis=2).min(axis=1, initial=2.0)
+        apart = np.linalg.norm(points[:, None] - others, axis=2).min(axis=1, initial=np.inf)
         if not apart.max() > 0.0:
             break
         chosen.append(int(apart.argmax()))

@@ -106,8 +106,8 @@ def _middle(paths, usual):
     normal, right, square = np.zeros((3, 3)), np.zeros(3), 1e-12
     for path in paths:
         path = path[~np.isnan(path[:, 0])]
-        if len(path):
-            far = np.linalg.norm(path, axis=1)
+        far = np.linalg.norm(path, axis=1)
+        if far.any():
             ways, levels = (path - path.mean(axis=0)) / far.mean(), 0.5 * (far**2 - (far**2).mean()) / far.mean()
             normal, right = normal + ways.T @ ways / len(path), right + ways.T @ levels / len(path)
             square += (levels**2).mean()

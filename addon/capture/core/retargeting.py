@@ -37,7 +37,7 @@ def retarget(markers, reference, character, landmarks):
     reference, completed, landmarks = with_hips(reference, markers, landmarks)
     if len(reference) > count:
         hips, own = (hips_of(points, landmarks[:count]) for points in (character, reference[:count]))
-        size = np.linalg.norm(hips[0] - hips[1]) / np.linalg.norm(own[0] - own[1])
+        size = np.linalg.norm(hips[0] - hips[1]) / max(np.linalg.norm(own[0] - own[1]), 1e-12)
         character = np.concatenate([character, hips + size * (reference[count:] - own)])
     graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)

@@ -2,6 +2,7 @@
 """Where a mesh bends (Bend At): from its rig's weights, its kept poses or a painted group to how much lengths count."""
 
 import numpy as np
+from mathutils import Matrix
 
 from ... import compat, ids, wording
 from ...scene import kept, key_marks, key_reading, vertex_groups
@@ -25,7 +26,7 @@ def signature(obj):
     """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
     at = obj.meanvalue.bend_at
     if at == ids.BEND_RIG:
-        return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones)) for rig in _rigs(obj))
+        return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones), _turn(obj, rig)) for rig in _rigs(obj))
     return examples.sliders(_kept_keys(obj)) if at == ids.BEND_POSES else ()
 
 
@@ -72,13 +73,14 @@ def _hinges(obj, parents, of_bone, found):
     """Of knees and elbows, as of joints.by_weights()."""
     places, feet = {}, []
     for rig in _rigs(obj):
-        to_mesh = np.array(obj.matrix_world.inverted_safe() @ rig.matrix_world)[:3, :3]
+        to_mesh = np.reshape(_turn(obj, rig), (3, 3))
         places.update({bone.name: to_mesh @ bone.head_local for bone in rig.data.bones})
         for bone in filter(lambda bone: segments.is_foot(bone.name), rig.data.bones):
             toe = bone.children[0].head_local if bone.children else bone.tail_local
             feet.append(to_mesh @ (toe - bone.head_local))
     forward, hinges = np.sum(feet, axis=0) if feet else None, []
-    for upper, lower, end in segments.hinges(parents, of_bone):
+    for upper, lower, ends in segments.hinges(parents, of_bone):
+        end = max(ends, key=lambda each: np.linalg.norm(places[each] - places[lower]))  # others help at the joint
         way = forward if forward is None or not segments.is_arm(lower) else -forward
         told = joints.hinge(places[upper], places[lower], places[end], way)
         if told is not None and {of_bone[upper], of_bone[lower]} <= found.keys():
@@ -103,11 +105,33 @@ def _at_poses(obj, rest, corners, starts):
 
 
 def _quickly(bones):
-    """Where bones are, each seen from its parent, and which deform."""
-    places, deforms = np.empty(3 * len(bones), np.float32), np.empty(len(bones), bool)
-    bones.foreach_get("head", places)
+    """Where bones are, in the rig and seen from their parents, and which deform."""
+    places, deforms = np.empty((2, 3 * len(bones)), np.float32), np.empty(len(bones), bool)
+    bones.foreach_get("head_local", places[0])
+    bones.foreach_get("head", places[1])
     bones.foreach_get("use_deform", deforms)
     return places.tobytes(), deforms.tobytes()
+
+
+def _turn(obj, rig):
+    """Rows of the 3 x 3 from the axes of `rig` to those of `obj`, as their settings below what both hang on have them:
+    how that moves does not matter."""
+    above = [rig]
+    while above[-1].parent is not None:
+        above.append(above[-1].parent)
+    to_shared, shared = _up(obj, above)
+    from_rig, _ = _up(rig, [shared])
+    turn = np.array(to_shared.inverted_safe() @ from_rig)[:3, :3]
+    return tuple(turn.round(4).ravel().tolist())
+
+
+def _up(obj, ends):
+    """(matrix from `obj` to the first of `ends` that it hangs on, or to the world; that one or None)."""
+    matrix = Matrix()
+    while obj is not None and obj not in ends:
+        matrix = obj.matrix_parent_inverse @ obj.matrix_basis @ matrix
+        obj = obj.parent
+    return matrix, obj
 
 
 def _kept_keys(obj):

@@ -25,6 +25,12 @@ LEAST = 0.02
 #: Limbs whose halves have a greater cosine than this (3 degrees) are straight.
 STRAIGHT = 0.9986
 
+#: The lower half is longer than this share of the upper one: what ends sooner is a bone that helps at the joint.
+SHORTEST_HALF = 0.33
+
+#: Where more limbs meet than a body has, lengths still count.
+SOFTEST = 0.05
+
 #: Degrees by which a pose bends a surface over 1 % of the mesh's size: a limb bends less, a joint more.
 RIGID, BENT = 4.0, 16.0
 
@@ -49,7 +55,7 @@ def by_weights(rest, segments, hinges=()):
     factors = 1.0 + (STIFF - 1.0) * _smooth((most / total - FROM) / (TO - FROM))
     for upper, lower, along, way in hinges:
         _bend_one_way(factors, rest, of_hinges[upper] / total, of_hinges[lower] / total, along, way)
-    return factors
+    return np.maximum(factors, SOFTEST)
 
 
 def freedom(factors):
@@ -75,13 +81,15 @@ def hinge(begin, joint, end, forward):
     """(unit vector along a limb, unit vector to where its joint points) or None if nothing tells; the places are of its
     ends and of the joint between them in the rest pose, which goes on bending as it is bent. forward: where a straight
     one points, or None."""
+    if np.linalg.norm(end - joint) <= SHORTEST_HALF * np.linalg.norm(joint - begin):
+        return None
     halves = _unit(joint - begin), _unit(end - joint)
     along = _unit(end - begin)
     way = forward if halves[0] @ halves[1] > STRAIGHT else joint - begin
     if way is None:
         return None
     way = way - (way @ along) * along
-    if np.linalg.norm(way) < (1.0 - STRAIGHT) * np.linalg.norm(end - begin):
+    if np.linalg.norm(way) <= (1.0 - STRAIGHT) * np.linalg.norm(end - begin):
         return None
     # Matrices of a moving rig are rounded otherwise in each frame: what is bound shall not depend on that.
     return along.round(3), _unit(way).round(3)

@@ -13,7 +13,8 @@ _HEAD = re.compile("head|skull|face")
 _ON_ITS_OWN = re.compile("hair|ears?$|.*tail|tongue|mane")  # of what is on a head
 _OF_PARENT = re.compile("metacarpal|carpal|palm|heel")
 _HALF = re.compile("up|low|fore|thigh|shin|calf|neck")  # several bones with one of these, numbered, are one
-_HINGE = re.compile("low|fore(?!foot)|shin|calf|knee|elbow")  # the lower half of a limb
+_UPPER = re.compile("thigh|hip$|.*leg$|.*arm$|shoulder$")  # the upper half of a limb, where it is no lower one
+_LOWER = re.compile("low|fore(?!foot)|shin|calf|knee|elbow")
 
 
 def of(parents):
@@ -72,15 +73,21 @@ def joint_count(parents, segment_of, segments):
 
 
 def hinges(parents, segment_of):
-    """[(first bone of the upper half, of the lower half, of what hangs on it)] of knees and elbows."""
+    """[(first bone of the upper half, of the lower half, [first bones of what hangs on it])] of knees and elbows."""
     tops, found = _tops(parents, segment_of), []
     for name, bone in tops.items():
-        above, words = _above(bone, parents), _words(bone)
-        is_shin = words[-1:] == ("leg",) and above and _has(_words(above[0]), "up", "thigh")
+        upper = next(iter(_above(bone, parents)), "")
         ends = [end for end in tops.values() if name == next((segment_of[each] for each in _above(end, parents)), "")]
-        if above and ends and (is_shin or _has(words, _HINGE)):
-            found.append((tops[segment_of[above[0]]], bone, ends[0]))
+        is_limb = _has(_words(upper), _UPPER) and not _is_lower(upper, parents)
+        if ends and is_limb and _is_lower(bone, parents):
+            found.append((tops[segment_of[upper]], bone, ends))
     return found
+
+
+def _is_lower(bone, parents):
+    """Of half a limb."""
+    words, above = _words(bone), _words(next(iter(_above(bone, parents)), ""))
+    return _has(words, _LOWER) or (words[-1:] == ("leg",) and _has(above, "up", "thigh"))
 
 
 def is_foot(bone):

@@ -14,6 +14,8 @@ namespace {
 constexpr double kUnreached = std::numeric_limits<double>::infinity();
 // Of what is dropped from a patch: not all of it, or patches of equal weights would have none.
 constexpr double kDropped = 0.999;
+// Beside edges that are far longer than others a patch would go on through all of the mesh.
+constexpr std::ptrdiff_t kMostWalked = 512;
 
 Vector3 unit_or_zero(const Vector3& direction) {
     const double length = direction.norm();
@@ -112,19 +114,25 @@ SurfacePatch CarrierSurface::patch_at(const double* rest, const SurfacePlace& pl
     const Vector3 from = place.of(rest);
     for (const Index corner : place.corners)
         reach_to(corner, (point_at(rest, corner) - from).norm());
-    while (!queue.empty()) {
+    for (std::ptrdiff_t walked = 0; !queue.empty();) {
         const auto [distance, v] = queue.top();
         queue.pop();
         if (distance > scratch.distances[v]) continue;
-        for (const Index other : neighbours_.of(v))
+        if (++walked > kMostWalked) {
+            reach = distance;
+            break;
+        }
+        const auto around = neighbours_.of(v);
+        if (around.end() - around.begin() > kMostWalked) continue;  // as the hub of a fan
+        for (const Index other : around)
             reach_to(other, distance + (point_at(rest, other) - point_at(rest, v)).norm());
     }
     std::vector<Entry> found;
     for (const Index v : scratch.reached) {
-        const double share = scratch.distances[v] / reach;
-        const double fade = 1.0 - share * share;
+        const double distance = std::exchange(scratch.distances[v], kUnreached);
+        if (!(distance < reach)) continue;
+        const double fade = 1.0 - distance / reach * (distance / reach);
         found.emplace_back(areas_[v] * fade * fade, v);
-        scratch.distances[v] = kUnreached;
     }
     scratch.reached.clear();
     // The lower number first of equal ones.

@@ -105,6 +105,7 @@ Positions Follower::follow(const PositionsView& carrier_posed, int threads, cons
     require_count("carrier_posed", carrier_posed.rows(), "position", bound_->carrier_count,
                   "vertices of the carrier");
     require_finite(carrier_posed, "carrier_posed");
+    require_moderate_extent(carrier_posed);
     Positions positions = bound_->rest;
     positions.topRows(bound_->carrier_count) = carrier_posed;
     bound_->parts.carry(bound_->rest, positions.data(), threads == 0 ? bound_->threads : thread_count(threads),

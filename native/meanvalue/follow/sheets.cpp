@@ -30,6 +30,8 @@ constexpr double kLeastSpring = 1e-9;
 // Edges that are shorter than this share of the carrier's size count as that, or those of no length would count
 // alone.
 constexpr double kLeastEdge = 1e-4;
+// Of a vertex that keeps its shape: its neighbors all act on each other, as many as they are.
+constexpr Index kMostNeighbours = 256;
 constexpr double kTiny = 1e-60;  // where the carrier has no size
 // So many edges stand for all below a sheet.
 constexpr std::size_t kMostCarrierEdges = 2048;
@@ -80,6 +82,7 @@ void Sheets::hold(const PositionsView& rest, const TriangleTree& carrier_tree, i
     parallel_for(static_cast<Index>(vertices_.size()), threads, execution, [&](Index begin, Index end) {
         CarrierSurface::Scratch scratch;
         for (Index v = begin; v < end; ++v) {
+            execution.check();
             const Vector3 point = own_.row(v);
             const TriangleTree::Place place = carrier_tree.nearest({point}, std::numeric_limits<double>::infinity());
             const auto corners = carrier_tree.triangles().row(place.triangle);
@@ -107,10 +110,11 @@ void Sheets::weigh(const Encoding& encoding, const RestCells& cells) {
     for (std::size_t v = 0; v < holds_.size(); ++v) {
         const auto vertex = static_cast<Index>(v);
         const double unit = counts[holds_[v].sheet] / inverse_squares[holds_[v].sheet];
-        bending_.push_back(encoding.predictable(vertex) ? unit / squared(lengths[v]) : 0.0);
         const Index first = encoding.ring_offsets[v];
-        const double rigidity =
-            rigidity_of_cell(cells.edges.data() + first, encoding.ring_offsets[v + 1] - first, size);
+        const Index valence = encoding.ring_offsets[v + 1] - first;
+        const bool bends = encoding.predictable(vertex) && valence <= kMostNeighbours;
+        bending_.push_back(bends ? unit / squared(lengths[v]) : 0.0);
+        const double rigidity = rigidity_of_cell(cells.edges.data() + first, valence, size);
         stretching_.push_back(kRigidity * rigidity * unit / squared(size));
         const double reach =
             std::max(kDecay * size + kDecayByDistance * holds_[v].offset.norm(), kDecayByEdge * lengths[v]);
@@ -161,10 +165,11 @@ void Sheets::factorise(int threads, const Execution& execution) {
     std::vector<Entry> of_rows, of_matrix;
     for (Index v = 0; v < count; ++v) {
         execution.check_every(v);
-        const double root = std::sqrt(bending_[v]);
-        of_rows.emplace_back(v, v, root);
-        for (const auto& [to, weight] : rows_.of(v))
-            of_rows.emplace_back(v, to, -root * weight);
+        if (const double root = std::sqrt(bending_[v]); root > 0.0) {
+            of_rows.emplace_back(v, v, root);
+            for (const auto& [to, weight] : rows_.of(v))
+                of_rows.emplace_back(v, to, -root * weight);
+        }
         of_matrix.emplace_back(v, v, springs_[v]);
         for (const auto& [to, weight] : edges_.of(v)) {
             of_matrix.emplace_back(v, v, weight);

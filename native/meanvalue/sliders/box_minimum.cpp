@@ -13,37 +13,57 @@ constexpr int kMostHalvings = 30;
 // Steps below it, in units of the variables, end the search.
 constexpr double kLeastStep = 1e-10;
 
+double value_at(const BoxProblem& problem, const Eigen::VectorXd& x) {
+    return 0.5 * x.dot(problem.hessian * x) - problem.gradient.dot(x);
+}
+
+/// Those that no bound holds against the slope.
+std::vector<Eigen::Index> find_free(const BoxProblem& problem, const Eigen::VectorXd& x,
+                                    const Eigen::VectorXd& slope) {
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+        const bool at_lower = x(i) <= problem.lower(i) && slope(i) > 0.0;
+        const bool at_upper = x(i) >= problem.upper(i) && slope(i) < 0.0;
+        if (!at_lower && !at_upper) free.push_back(i);
+    }
+    return free;
+}
+
+/// Newton's step of the free variables; zero for the others.
+Eigen::VectorXd newton_step(const BoxProblem& problem, const Eigen::VectorXd& slope,
+                            const std::vector<Eigen::Index>& free) {
+    const Eigen::MatrixXd hessian = problem.hessian(free, free);
+    const Eigen::VectorXd step = hessian.llt().solve(-slope(free));
+    Eigen::VectorXd whole = Eigen::VectorXd::Zero(slope.size());
+    whole(free) = step;
+    return whole;
+}
+
 }  // namespace
 
 Eigen::VectorXd minimise_in_box(const BoxProblem& problem, const Eigen::VectorXd& start) {
     const auto clip = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
         return x.cwiseMax(problem.lower).cwiseMin(problem.upper);
     };
-    const auto value_at = [&](const Eigen::VectorXd& x) {
-        return 0.5 * x.dot(problem.hessian * x) - problem.gradient.dot(x);
-    };
     Eigen::VectorXd x = clip(start);
+    double value = value_at(problem, x);
     for (int round = 0; round < kMostSteps; ++round) {
         const Eigen::VectorXd slope = problem.hessian * x - problem.gradient;
-        std::vector<Eigen::Index> free;  // those that no bound holds against the slope
-        for (Eigen::Index i = 0; i < x.size(); ++i) {
-            const bool at_lower = x(i) <= problem.lower(i) && slope(i) > 0.0;
-            const bool at_upper = x(i) >= problem.upper(i) && slope(i) < 0.0;
-            if (!at_lower && !at_upper) free.push_back(i);
-        }
+        const std::vector<Eigen::Index> free = find_free(problem, x, slope);
         if (free.empty()) break;
-        Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
-        const Eigen::MatrixXd hessian = problem.hessian(free, free);
-        step(free) = Eigen::VectorXd(hessian.llt().solve(-slope(free)));
-        const double value = value_at(x);
+        Eigen::VectorXd step = newton_step(problem, slope, free);
         Eigen::VectorXd next = clip(x + step);
-        for (int halving = 0; halving < kMostHalvings && value_at(next) > value; ++halving) {
+        double next_value = value_at(problem, next);
+        for (int halving = 0; halving < kMostHalvings && next_value > value; ++halving) {
             step *= 0.5;
             next = clip(x + step);
+            next_value = value_at(problem, next);
         }
-        if (!(value_at(next) <= value)) break;
-        x.swap(next);
-        if ((next - x).cwiseAbs().maxCoeff() < kLeastStep) break;
+        if (!(next_value <= value)) break;
+        const double change = (next - x).cwiseAbs().maxCoeff();
+        x = next;
+        value = next_value;
+        if (change < kLeastStep) break;
     }
     return x;
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/sliders/box_minimum.h"
@@ -108,10 +107,12 @@ void fit_motion(const SliderModel& model, const FrameTargets& frame, FrameEstima
 /// Squared distances of the known anchors from their targets.
 std::vector<double> squared_distances(const SliderModel& model, const FrameTargets& frame,
                                       const FrameEstimate& estimate) {
-    const Positions residuals = estimate.residuals(model, frame);
-    std::vector<double> squares;
-    for (const Index k : frame.known)
-        squares.push_back(residuals.row(k).squaredNorm());
+    const Positions mixed = model.mix(estimate.values);
+    std::vector<double> squares(frame.known.size());
+    for (std::size_t row = 0; row < squares.size(); ++row) {
+        const Vector3 place = estimate.rotation * Vector3(mixed.row(frame.known[row])) + estimate.translation;
+        squares[row] = (Vector3(frame.targets.row(static_cast<Eigen::Index>(row))) - place).squaredNorm();
+    }
     return squares;
 }
 
@@ -184,8 +185,12 @@ FrameEstimate begin_estimate(const SliderModel& model, const FrameTargets& frame
     estimate.trust.assign(frame.known.size(), 1.0);
     fit_motion(model, frame, estimate);
     const std::vector<double> squares = squared_distances(model, frame, estimate);
-    const double sum = std::accumulate(squares.begin(), squares.end(), 0.0);
-    const double mean = sum / static_cast<double>(3 * std::max<std::size_t>(1, squares.size()));
+    const auto mean = [&] {
+        double sum = 0.0;
+        for (const double square : squares)
+            sum += square;
+        return sum / static_cast<double>(3 * std::max<std::size_t>(1, squares.size()));
+    }();
     estimate.noise = estimate.scale = std::max(mean, least_noise(model));
     return estimate;
 }
