@@ -233,30 +233,6 @@ TEST(FastDecoder, SettlingKeepsTheBetterOfWarmAndCold) {
     EXPECT_LE(exact.energy, near.energy);
 }
 
-// With coarse levels: in the valley that rest leads to, the drag's answer goes on; from any other, rest begins anew.
-TEST(FastDecoder, SettlingOfALargeMeshGoesOnFromTheDragWhereRestLeadsToo) {
-    const Mesh mesh = capped_tube(40, 80, 8.0);
-    const auto turned = [&](double degrees) {
-        return two_ends("", mesh, Vector3::UnitZ(), degrees * (kPi / 180.0), Vector3::Zero());
-    };
-    const auto deformer = bound_to(mesh, turned(0.0).anchors);
-    SolveOptions options;
-    options.settle = true;
-    const auto settled = [&](int from, int to, int step) {
-        Deformer::Drag drag(*deformer, PositionsView(mesh.vertices));
-        for (int degrees = from; degrees != to + step; degrees += step)
-            solve_next(drag, turned(degrees).targets);
-        return solve_next(drag, turned(to).targets, options);
-    };
-    const Solution cold = solve(*deformer, turned(60.0).targets, options);
-    for (const Solution& near : {settled(20, 60, 20), settled(100, 60, -20)}) {
-        EXPECT_LT(near.iterations, cold.iterations);
-        EXPECT_LT(near.energy, cold.energy * (1.0 + 1e-4));
-        EXPECT_LT(largest_distance(near.vertices, cold.vertices), 1e-4 * mesh.diagonal());
-    }
-    EXPECT_EQ(settled(20, 240, 20).vertices, solve(*deformer, turned(240.0).targets, options).vertices);
-}
-
 TEST(FastDecoder, AHandleThatMovesWithEverythingIsFollowedWithoutHarm) {
     // All anchors are one handle, so that the way is taken in steps as well.
     const Mesh mesh = capped_tube(16, 30, 8.0);

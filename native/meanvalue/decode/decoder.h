@@ -34,8 +34,6 @@ struct DecodeOptions {
     /// Nothing is to be left to a next solve. What the workspace remembers stays as it is, so that whoever asks for
     /// this may do so in two halves, and forgets it then.
     bool is_last = false;
-    /// Begins at an earlier shape and is the last: unless rest is seen to lead there as well, roughly, at first.
-    bool asks_rest = false;
     bool is_kept = false;  ///< SolveOptions::is_kept
 };
 
@@ -48,7 +46,6 @@ struct DecodeReport {
     int iterations = 0;
     int all_iterations = 0;  ///< with those of coarser levels and of the stages before the last
     bool converged = true;
-    bool is_of_rest = false;  ///< rest was asked, and leads to this as well
     std::string stop_reason;
     Timings timings;  ///< seconds by stage
 };

@@ -83,11 +83,12 @@ Solution solve_with(const BoundMesh& bound, const Workspaces& workspaces, bool i
                                 positions = bound.start_of(part, filled, previous, weights, threads_of_part, of_part);
                                 return part.decoder->decode(part_options, *workspaces[number], positions, of_part);
                             };
-                            part_options.asks_rest = !is_cold && options.settle;
+                            const bool asks_rest = !is_cold && options.settle;
+                            if (asks_rest) part_options.in_drag = part_options.is_last = false;  // roughly, at first
                             reports[number] = decode(is_cold ? nullptr : &shapes[number], found[number]);
-                            if (!part_options.asks_rest || reports[number].is_of_rest) return;
+                            if (!asks_rest) return;
                             const Positions near = found[number];
-                            part_options.asks_rest = part_options.in_drag = false;
+                            part_options.is_last = true;
                             DecodeReport fresh_report = decode(nullptr, found[number]);
                             if (reports[number].energies.back() < fresh_report.energies.back()) {
                                 reports[number] = decode(&near, found[number]);

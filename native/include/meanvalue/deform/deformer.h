@@ -25,9 +25,8 @@ struct SolveOptions {
     /// With a start, one for each of Solution::part_energies: that part also ends where it is not above this; or
     /// empty.
     std::vector<double> enough_energies = {};
-    /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: it goes on there where rest
-    /// leads to the same shape on the coarsest level, or a rough solve is lower than one from rest; else it is from
-    /// rest.
+    /// Leave nothing to a next solve: a tenth of the tolerance counts. With a start: the result is the one from rest
+    /// unless a rough solve from there is lower, and goes on then. For the end of a drag.
     bool settle = false;
     /// In a drag: each frame is kept, and ends where a solve from rest settles. Large meshes go on from the frame
     /// before unless their coarsest level finds a lower energy from rest.

@@ -69,11 +69,6 @@ DecodeReport FastSolve::run(Positions& positions) {
     if (options_.is_kept && options_.previous != nullptr) begin_at_rest_if_free();
     set_soft_targets();
     Positions from_rest;  // none: not begun
-    if (options_.asks_rest) {
-        report.is_of_rest = options_.is_last = leads_where_rest_does(positions, from_rest);
-        options_.in_drag = options_.in_drag && report.is_of_rest;
-        set_soft_targets();  // those of free anchors were where rest has them
-    }
     const bool is_cold =
         options_.previous == nullptr || (options_.is_kept && !leads_where_rest_does(positions, from_rest));
     // Another valley, or energy: the history is of no use.
@@ -106,10 +101,7 @@ DecodeReport FastSolve::run(Positions& positions) {
         if (!goes_further || options_.is_kept) go_to_the_end();
         lbfgs.enough_energy = options_.enough_energy;
         lbfgs.patience = goes_further ? kPatience : 0;
-        // Pairs in single precision tell nothing of the rest of the energy beside springs that are far stiffer.
-        const bool is_exact = std::all_of(problem_.soft.begin(), problem_.soft.end(),
-                                          [](const auto& anchor) { return anchor.strength <= kMostStrengthKept; });
-        lbfgs.keep_history = goes_on_ && has_history && is_exact;
+        lbfgs.keep_history = goes_on_ && has_history && history_is_exact();
     }
     const auto minimise_whole = [&] {
         const StageTimer timer(timings_, "minimise");
@@ -135,6 +127,12 @@ DecodeReport FastSolve::run(Positions& positions) {
                                               : "no step lowers the energy further";
     report.timings = std::move(timings_);
     return report;
+}
+
+/// Pairs in single precision tell nothing of the rest of the energy beside soft constraints that are far stiffer.
+bool FastSolve::history_is_exact() const {
+    return std::all_of(problem_.soft.begin(), problem_.soft.end(),
+                       [](const SoftAnchor& anchor) { return anchor.strength <= kMostStrengthKept; });
 }
 
 LbfgsReport FastSolve::minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions) {
@@ -165,6 +163,12 @@ LbfgsOptions FastSolve::lbfgs_options(int max_iterations, double least_tolerance
     options.energy_tolerance = problem_.rigidity > 0.0 ? kEnergyTolerance * options_.tolerance : 0.0;
     options.max_iterations = std::min(max_iterations, options_.max_iterations);
     return options;
+}
+
+double FastSolve::energy_of(Level level, const Positions& positions) {
+    Positions gradient(static_cast<Eigen::Index>(level.bound.unknowns.free.size()), 3);
+    return level.bound.energy->evaluate(positions, problem_.rigidity, gradient, threads_, execution_,
+                                        level.work.energy);
 }
 
 void FastSolve::set_soft_targets() {

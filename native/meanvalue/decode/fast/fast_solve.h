@@ -37,6 +37,7 @@ class FastSolve {
     LbfgsOptions lbfgs_options(int max_iterations, double least_tolerance = 0.0) const;
     LbfgsReport minimise(Level level, std::size_t stage, LbfgsOptions options, Positions& positions);
     Preconditioner preconditioner_of(Level level, std::size_t stage);
+    double energy_of(Level level, const Positions& positions);
     /// What anchors count in this solve, and where they are pulled.
     void set_soft_targets();
     bool is_free(std::size_t soft_anchor) const {
@@ -65,11 +66,13 @@ class FastSolve {
     bool leads_where_rest_does(const Positions& goal, Positions& from_rest);
     void begin_at_rest_if_free();
     void start_warm(const Positions& previous, Positions& positions);
+    void begin_drag(const Positions& previous);
     void suppose_coarse_change(const Positions& moves, const Positions& previous, const Positions& goal);
     void ask_for_responses(const Positions& moves);
     double least_move() const;
     void respond(Level level, std::size_t stage, const Positions& moves, Positions& positions);
     Positions hessian_answer(Level level, std::size_t stage, const Positions& moves);
+    bool history_is_exact() const;
 
     const FastProblem& problem_;
     FastWorkspace& work_;

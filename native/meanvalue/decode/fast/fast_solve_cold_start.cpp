@@ -83,9 +83,7 @@ void FastSolve::start_from_rest(Positions& positions) {
     const Level level = coarsest();
     const Positions soft = level.bound.energy->soft_constraints().rows_of(positions);
     respond(level, 0, drivers_of(level.bound, positions, soft) - drivers_of(level.bound, carried, soft), positions);
-    Positions carried_on = positions;
-    const double energy_of_start =
-        minimise(level, level.bound.stages.size() - 1, lbfgs_options(0), carried_on).energies.back();
+    const Positions start = positions;
     for (std::size_t stage = 0; stage + 1 < level.bound.stages.size(); ++stage)
         minimise(level, stage, lbfgs_options(kStageIterations, kStageTolerance), positions);
     double energy = relax(level, positions);
@@ -95,7 +93,11 @@ void FastSolve::start_from_rest(Positions& positions) {
         std::swap(positions, other);
     };
     // Stiff stages lead away from shapes that are perfect but larger or smaller.
-    if (energy_of_start < energy) keep_if_lower(carried_on, relax(level, carried_on));
+    if (energy_of(level, start) < energy) {
+        Positions carried_on = start;
+        const double carried_on_energy = relax(level, carried_on);
+        keep_if_lower(carried_on, carried_on_energy);
+    }
     if (path.largest_angle_rad() > kFarRotation && energy > std::pow(kRounding * problem_.size, 2)) {
         Positions along_path = problem_.region.positions;
         const double path_energy = minimise_along(path, along_path);

@@ -17,10 +17,6 @@ constexpr double kSoundCoarse = 0.8;
 // by.
 constexpr double kNearValley = 1e-4;
 constexpr double kLower = 1e-3;
-// Of the size: shapes of the coarsest level nearer than this are of one valley, whose end both lead to; they are
-// minimized to this share of the tolerance to tell so.
-constexpr double kSameValley = 3e-3;
-constexpr double kToTell = 0.1;
 
 }  // namespace
 
@@ -63,14 +59,13 @@ void FastSolve::begin_at_rest_if_free() {
 }
 
 /// Whether the answer before leads, on the coarsest level, to an energy as low as a solve from rest does. Where that
-/// is the whole mesh, rest is asked alone. With asks_rest: to the same shape. @param goal n x 3, the fixed vertices.
-/// @param from_rest receives the start from rest, where it was made and leads elsewhere.
+/// is the whole mesh, rest is asked alone. @param goal n x 3, the fixed vertices. @param from_rest receives the start
+/// from rest, where it was made and leads elsewhere.
 bool FastSolve::leads_where_rest_does(const Positions& goal, Positions& from_rest) {
     if (problem_.levels.size() < 2 || has_examples()) return false;
     const Level level = coarsest();
     LbfgsOptions options = lbfgs_options(options_.max_iterations);
-    options.energy_tolerance = options_.asks_rest ? 0.0 : kNearValley;
-    if (options_.asks_rest) options.step_tolerance *= kToTell;
+    options.energy_tolerance = kNearValley;
     const auto energy_at_end = [&](Positions& shape) {
         return minimise(level, level.bound.stages.size() - 1, options, shape).energies.back();
     };
@@ -87,8 +82,7 @@ bool FastSolve::leads_where_rest_does(const Positions& goal, Positions& from_res
     Positions at_end = from_rest;
     if (energy_at_end(at_end) <= (1.0 - kLower) * energy) return false;
     set_soft_targets();  // those of free anchors were where rest has them
-    const Positions apart = (led - at_end)(level.bound.unknowns.free, Eigen::all);
-    return !options_.asks_rest || apart.cwiseAbs().maxCoeff() < kSameValley * problem_.size;
+    return true;
 }
 
 double FastSolve::least_move() const {
@@ -107,6 +101,13 @@ void FastSolve::ask_for_responses(const Positions& moves) {
     std::vector<HandleResponses::Fields> fields = work_.responses.ask(handles, hessian);
     const std::lock_guard<std::mutex> lock(work_.drafting);
     work_.responses.keep(handles, std::move(fields), moving);
+}
+
+void FastSolve::begin_drag(const Positions& previous) {
+    const std::lock_guard<std::mutex> lock(work_.drafting);
+    work_.predictor.begin(
+        previous, drivers_of(whole().bound, previous, work_.predictor.soft_drivers(previous, soft_targets())));
+    work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
 }
 
 /// Where no change is known yet, what the coarsest level makes of the move is taken for one: a tenth to a fifth off,
@@ -146,12 +147,7 @@ void FastSolve::start_warm(const Positions& previous, Positions& positions) {
     Positions start = previous;
     Positions moves = goal;
     if (options_.in_drag) {
-        if (!goes_on_) {
-            const std::lock_guard<std::mutex> lock(work_.drafting);
-            const Positions soft = work_.predictor.soft_drivers(previous, soft_targets());
-            work_.predictor.begin(previous, drivers_of(level, previous, soft));
-            work_.is_drafting = work_.levels.front().energy.soft_weights.empty();
-        }
+        if (!goes_on_) begin_drag(previous);
         const Positions all_moves = goal - work_.predictor.drivers();
         ask_for_responses(all_moves);
         if (!work_.predictor.has_changes()) suppose_coarse_change(all_moves, previous, positions);
