@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,6 +20,17 @@ namespace {
 // How often a waiting thread asks before it sleeps, some 50 microseconds: within an iteration parallel calls follow
 // each other closely, and waking a thread takes as long.
 constexpr int kPatience = 4000;
+
+// Bytes that have to be there before a thread begins: where it finds none for its own variables, glibc ends the
+// process.
+constexpr std::size_t kRoomOfThread = 1 << 20;
+
+/// @throws std::exception if the system has no thread or no memory to spare.
+template <typename Work>
+void begin_thread(Work work) {
+    ::operator delete(::operator new(kRoomOfThread));
+    std::thread(std::move(work)).detach();
+}
 
 void relax() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -71,7 +84,7 @@ class ThreadPool {
             for (const Call* each : calls_)
                 wanted += each->wanted;
             for (; idle_ < wanted && threads_ + 1 < cores_; ++idle_, ++threads_)
-                std::thread([this] { serve(); }).detach();  // it sleeps until the process ends
+                begin_thread([this] { serve(); });  // it sleeps until the process ends
         } catch (const std::exception&) {
             // The system has no thread or no memory to spare: fewer do it.
         }
@@ -136,10 +149,10 @@ void prepare_thread() {
 
 void start_thread(std::function<void()> work) {
     try {
-        std::thread([work = std::move(work)]() mutable {
+        begin_thread([work = std::move(work)]() mutable {
             prepare_thread();
             work();
-        }).detach();
+        });
     } catch (const std::exception& error) {
         throw SolverFailure(message("the system has no thread to spare (", error.what(), ")"));
     }
