@@ -104,6 +104,9 @@ class Settings:
     show_joints: aside(BoolProperty)(
         name="Show Joints", description="Tint the mesh where it bends in place of the region", update=tell
     )
+    stretch: aside(BoolProperty)(
+        name="Stretch", description="Let limbs stretch to where handles are, however far that is", update=tell
+    )
     stiffness_group: StringProperty(
         name="Limbs", description="Vertex group of limbs, without their joints", update=_paint
     )

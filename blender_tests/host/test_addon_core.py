@@ -306,14 +306,15 @@ def test_bones_that_move_as_one_are_one_segment(name):
     named = [{found[bone] for bone, _parent in each} for each in expected if "ORG" not in each[0][0]]
     assert all(len(each) == 1 for each in named), named
     assert len(set.union(*named)) == len(named), named
-    assert segments.joint_count(parents, found, set.union(*named)) == len(named) - 1
+    assert sum(each >= 0 for each in segments.above(parents, found, set.union(*named))) == len(named) - 1
 
 
 def test_limbs_are_where_one_segment_has_most_of_the_weight():
     vertices = np.arange(4)
     upper, twist, lower = np.array([(0.5, 0.3, 0.6, 0.0), (0.5, 0.3, 0.2, 0.0), (0.0, 0.6, 0.2, 0.0)])
     of_bones = {"upper": [(vertices, upper), (vertices, twist)], "lower": [(vertices, lower)]}
-    found = joints.by_weights(np.zeros((4, 3)), of_bones)
+    found, part_of = joints.by_weights(np.zeros((4, 3)), of_bones)
+    assert part_of.tolist() == [0, 0, 0, -1]
     assert found[0] == joints.STIFF and found[1] == found[3] == 1.0 and 10.0 < found[2] < 25.0
 
 

@@ -226,3 +226,35 @@ def test_a_straight_knee_goes_forward_and_an_elbow_back(name, is_arm, tmp_path):
     assert bpy.ops.meanvalue.bind() == {'FINISHED'} and bpy.ops.meanvalue.solve() == {'FINISHED'}
     require_bent(handles.shown(obj))
     assert np.abs(handles.shown(obj) - settled).max() < 1e-3 * rigs.size(obj)
+
+
+def test_a_hand_beyond_its_arm_stops_there_and_the_panel_says_so(tmp_path):
+    obj, control = limb(ARMS["Rigify"], "DEF-foot.L")
+    rest = handles.rest(obj)
+
+    def is_told():
+        return "'Foot' is out of reach" in part("posing.ui.panel")._status(obj)[0]
+
+    def length():
+        rings = handles.shown(obj)[RINGS[[15, 0]]].mean(axis=1)
+        return np.linalg.norm(rings[0] - rings[1]) / rigs.LENGTH
+
+    control.keyframe_insert("location", frame=1)
+    handles.move(control, (0.0, -2.0, -0.3))
+    assert not is_told()
+    met = handles.shown(obj)[rigs.BOTTOM]
+    assert np.abs(met - rest[rigs.BOTTOM] - (0.0, -2.0, -0.3)).max() < 1e-5  # what can be met is
+    handles.move(control, (0.0, 0.0, -3.0))
+    assert is_told() and 1.0 < length() < 1.1
+    drawn = handles.shown(obj)
+    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
+    assert np.abs(handles.shown(obj) - drawn).max() < 1e-3 * rigs.size(obj)
+    control.keyframe_insert("location", frame=3)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+    baking.bake(path=str(tmp_path / "arm.pc2"))
+    assert np.abs(baking.rows(tmp_path / "arm.pc2")[-1] - drawn).max() < 1e-3 * rigs.size(obj)
+    bpy.ops.meanvalue.unbake()
+    obj.meanvalue.stretch = obj.meanvalue.live = True
+    bpy.context.scene.frame_set(3)
+    handles.update()
+    assert not is_told() and length() > 1.2

@@ -21,9 +21,10 @@ def row(obj, bind_input):
     """k x 5 float64: targets and influences of the anchors, and the share of the pose. @throws SceneError."""
     require_none(targets.handles_problem(obj))
     try:
-        places = targets.positions(obj, bind_input, rig_space.measure(obj))
+        placed = targets.positions(obj, bind_input, rig_space.measure(obj))
     except np.linalg.LinAlgError as error:
         raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
+    places, _held_back = targets.within_reach(obj, bind_input, placed)
     left = 1.0 - np.clip(sum(key.value for key in pose_key.replacing(obj)), 0.0, 1.0)
     return np.column_stack([places, targets.influences(obj, bind_input), np.full(len(places), left)])
 

@@ -8,7 +8,7 @@ from ... import compat, ids, wording
 from ...scene import kept, key_marks, key_reading, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
-from ..core import joints, segments
+from ..core import joints, reach, segments
 from . import examples
 
 #: Kept poses that tell where a mesh bends: what no pose bends is stiff.
@@ -39,21 +39,19 @@ def groups(obj):
 
 
 def read(obj, rest, corners, starts):
-    """(n float64 or None where it bends everywhere, KeyShapes that this is of or None, words for what is found)."""
+    """What of a BindInput tells where it bends: all by their names, as far as there is anything to tell."""
     settings = obj.meanvalue
     if settings.bend_at == ids.BEND_RIG:
-        factors, text = _at_rig(obj, rest)
-        return factors, None, text
+        return _at_rig(obj, rest, corners, starts)
     if settings.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
     if settings.bend_at == ids.BEND_PAINTED:
         found = vertex_groups.weights(obj, [settings.stiffness_group]).get(settings.stiffness_group)
-        return (None, None, "") if found is None else (1.0 + (joints.STIFF - 1.0) * found, None, "")
-    return None, None, ""
+        return {} if found is None else {"stiffness": 1.0 + (joints.STIFF - 1.0) * found}
+    return {}
 
 
-def _at_rig(obj, rest):
-    """(factors or None, words)."""
+def _at_rig(obj, rest, corners, starts):
     bones, parents = _weighted_bones(obj), {}
     for rig in _rigs(obj):
         parents.update({bone.name: bone.parent.name if bone.parent else "" for bone in rig.data.bones})
@@ -63,10 +61,12 @@ def _at_rig(obj, rest):
         if len(weights[bone][0]):
             found.setdefault(of_bone[bone], []).append(weights[bone])
     if not found:
-        return None, "No bone of a rig has weights here: it bends everywhere"
-    factors = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
-    told = wording.counted(segments.joint_count(parents, of_bone, found), "joint")
-    return factors, f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
+        return {"bends": "No bone of a rig has weights here: it bends everywhere"}
+    factors, part_of = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
+    above = segments.above(parents, of_bone, found)
+    told = wording.counted(sum(each >= 0 for each in above), "joint")
+    bends = f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
+    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, part_of, above), "bends": bends}
 
 
 def _hinges(obj, parents, of_bone, found):
@@ -89,10 +89,9 @@ def _hinges(obj, parents, of_bone, found):
 
 
 def _at_poses(obj, rest, corners, starts):
-    """(factors or None, KeyShapes or None, words)."""
     keys = _kept_keys(obj)
     if len(keys) < LEAST_POSES:
-        return None, None, f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"
+        return {"bends": f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"}
     shapes = KeyShapes(**key_reading.parts(obj, examples.sliders(keys))).with_effect()
 
     def make():
@@ -100,8 +99,9 @@ def _at_poses(obj, rest, corners, starts):
 
     found = kept.of(obj.data, "limbs", make, rest, *shapes.points.values())
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:
-        return None, shapes, "No kept pose bends it more in one place than in others: it bends everywhere"
-    return found, shapes, f"Bends as {wording.counted(len(keys), 'kept pose')} do"
+        bends = "No kept pose bends it more in one place than in others: it bends everywhere"
+        return {"kept_poses": shapes, "bends": bends}
+    return {"stiffness": found, "kept_poses": shapes, "bends": f"Bends as {wording.counted(len(keys), 'kept pose')} do"}
 
 
 def _quickly(bones):

@@ -80,7 +80,6 @@ def read(obj, to_bind=True):
     planes, twins = whole_mesh.needed(planes, twins, roi, anchors)
     rigidity = settings.rigidity if settings.method == ids.METHOD_FAST else None
     border, border_strengths = (None, None) if rigidity is None else soft_border(freedom, anchors, rigidity)
-    stiffness, kept_poses, bends = (None, None, "") if rigidity is None else limbs.read(obj, rest, *faces)
     soft = [handle.strength if handle.is_soft else None for handle in handles]
     if rigidity is None and any(handle.is_soft for handle in handles):
         raise SceneError("Soft handles need the method Fast. Choose it in Solver, or turn Soft off for all handles")
@@ -93,9 +92,7 @@ def read(obj, to_bind=True):
         method=settings.method,
         handles=handle_numbers,
         rigidity=rigidity,
-        stiffness=stiffness,
-        kept_poses=kept_poses,
-        bends=bends,
+        **({} if rigidity is None else limbs.read(obj, rest, *faces)),
         strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,

@@ -19,6 +19,7 @@ class Targets:
 
     positions: np.ndarray  # k x 3 float64, object space
     weights: np.ndarray | None  # k float64, how much each counts, 0 to 1; None where all count fully
+    held_back: tuple = ()  # names of the handles that go no farther than limbs reach
 
     def is_near(self, other, distance):
         """Whether no anchor is farther than `distance` from where `other` has it, and each counts the same."""
@@ -76,7 +77,8 @@ def gather_behind(obj, bind_input, space, known=None):
 
     @throws SceneError.
     """
-    return Targets(positions(obj, bind_input, space, known), _weights(obj, bind_input))
+    placed, held_back = within_reach(obj, bind_input, positions(obj, bind_input, space, known))
+    return Targets(placed, _weights(obj, bind_input), held_back)
 
 
 def gather_from_key(obj, bind_input, name):
@@ -120,6 +122,28 @@ def positions(obj, bind_input, space, known=None):
     if known is not None:
         known.update({name: (move, placed[members]) for name, move, members in moves})
     return placed
+
+
+def within_reach(obj, bind_input, placed):
+    """(k x 3 targets that limbs reach, names of the handles that `placed` has farther away)."""
+    limits = None if obj.meanvalue.stretch else bind_input.limits
+    if limits is None or not len(limits.lengths):
+        return placed, ()
+    shape = bind_input.rest[limits.vertices].astype(np.float64)
+    is_held = limits.handles >= 0
+    shape[is_held] = placed[np.searchsorted(bind_input.anchors, limits.vertices[is_held])]
+    handles, placed = enabled_handles(obj), placed.copy()
+    shifts = limits.held_back(shape, [number for number, each in enumerate(handles) if each.follows == 'CONTROL'])
+    for number, shift in shifts.items():
+        placed[bind_input.handles == number] += shift
+    return placed, tuple(handles[number].name for number in sorted(shifts))
+
+
+def held_back_notes(names):
+    """A sentence on handles that are held back."""
+    if names:
+        are = "is" if len(names) == 1 else "are"
+        yield f"{wording.quoted(names)} {are} out of reach. Advanced > Stretch lets limbs stretch to there"
 
 
 def follow_rig(obj, bind_input, space):

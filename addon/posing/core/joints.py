@@ -39,14 +39,16 @@ SHORTEST = 0.004
 
 
 def by_weights(rest, segments, hinges=()):
-    """rest: n x 3; segments: {name: [(vertex indices, weights), ...] of its bones}. What no bone carries is no limb.
+    """(n factors, n numbers of the segment that has most of each vertex, -1 where none has any).
 
+    rest: n x 3; segments: {name: [(vertex indices, weights), ...] of its bones}. What no bone carries is no limb.
     hinges: [(names of a limb's upper and lower half, unit vector along it, unit vector to where its joint points)]
     """
     count, wanted = len(rest), {name for hinge in hinges for name in hinge[:2]}
-    most, total, of_hinges = np.zeros(count), np.zeros(count), {}
-    for name, bones in segments.items():
+    most, total, of_hinges, part_of = np.zeros(count), np.zeros(count), {}, np.full(count, -1)
+    for number, (name, bones) in enumerate(segments.items()):
         own = sum((np.bincount(*bone, count) for bone in bones), np.zeros(count))
+        part_of[own > most] = number
         np.maximum(most, own, out=most)
         total += own
         if name in wanted:
@@ -55,7 +57,7 @@ def by_weights(rest, segments, hinges=()):
     factors = 1.0 + (STIFF - 1.0) * _smooth((most / total - FROM) / (TO - FROM))
     for upper, lower, along, way in hinges:
         _bend_one_way(factors, rest, of_hinges[upper] / total, of_hinges[lower] / total, along, way)
-    return np.maximum(factors, SOFTEST)
+    return np.maximum(factors, SOFTEST), part_of
 
 
 def freedom(factors):

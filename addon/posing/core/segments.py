@@ -12,9 +12,9 @@ _LIMB = re.compile("shoulder|clavicle|collar|.*arm$|thigh|.*leg$")
 _HEAD = re.compile("head|skull|face")
 _ON_ITS_OWN = re.compile("hair|ears?$|.*tail|tongue|mane")  # of what is on a head
 _OF_PARENT = re.compile("metacarpal|carpal|palm|heel")
-_HALF = re.compile("up|low|fore|thigh|shin|calf|neck")  # several bones with one of these, numbered, are one
+_HALF = re.compile("up|low|fore|thigh|shin|shank|calf|neck")  # several bones with one of these, numbered, are one
 _UPPER = re.compile("thigh|hip$|.*leg$|.*arm$|shoulder$")  # the upper half of a limb, where it is no lower one
-_LOWER = re.compile("low|fore(?!foot)|shin|calf|knee|elbow")
+_LOWER = re.compile("low|fore(?!foot)|shin|shank|calf|knee|elbow")
 
 
 def of(parents):
@@ -66,10 +66,11 @@ def _above(bone, parents):
     return found
 
 
-def joint_count(parents, segment_of, segments):
-    """How many of `segments` have another of them above."""
-    tops = _tops(parents, segment_of)
-    return sum(any(segment_of[each] in segments for each in _above(tops[name], parents)) for name in segments)
+def above(parents, segment_of, segments):
+    """Of each of `segments` the number of the one that it hangs on, -1 where it hangs on none of them."""
+    tops, numbers = _tops(parents, segment_of), {name: number for number, name in enumerate(segments)}
+    ways = ([segment_of[each] for each in _above(tops[name], parents)] for name in segments)
+    return [next((numbers[each] for each in way if each in numbers), -1) for way in ways]
 
 
 def hinges(parents, segment_of):

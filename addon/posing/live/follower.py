@@ -79,6 +79,7 @@ class Follower(Following):
         self._end_early()
 
     def notes(self):
+        yield from targets.held_back_notes(self._wanted.held_back)
         yield from self._binding.notes
         yield from result.torn_notes(self._input, self._wanted.positions)
         if self._drag is not None and self._drag.snaps is not None and self._drag.snaps.found is not None:

@@ -62,6 +62,7 @@ class SolvingOperator(BackgroundOperator):
             *posing.binding.notes,
             *result.solve_notes(solution),
             *result.pose_warnings(posing.bind_input, positions),
+            *targets.held_back_notes(posing.targets.held_back),
         ]
         notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)

@@ -164,6 +164,8 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         bend = rigidity.row(align=True)
         bend.prop(settings, "bend_at")
         bend.prop(settings, "show_joints", text="", icon='HIDE_OFF' if settings.show_joints else 'HIDE_ON')
+        if settings.bend_at == ids.BEND_RIG:
+            rigidity.prop(settings, "stretch")
         if settings.bend_at == ids.BEND_PAINTED:
             rigidity.prop_search(settings, "stiffness_group", subject.of(context), "vertex_groups")
         like = layout.row()
