@@ -21,6 +21,7 @@ from demo import arguments, built_in, game_figure, pose, ready, report, stage, u
 from demo.errors import DemoError
 from demo.example import run as example_run
 from demo.face import run as face_run
+from demo.joints import run as joints_run
 from demo.lift import run as lift_run
 from demo.mirror import run as mirror_run
 from demo.morph import run as morph_run
@@ -35,6 +36,7 @@ SPECIAL = {
     "rig": rig_run,
     "example": example_run,
     "face": face_run,
+    "joints": joints_run,
     "lift": lift_run,
     "mirror": mirror_run,
 }

@@ -11,6 +11,7 @@ from support import meshes, steps
 from addon.capture.core import marker_sets
 from blender_tests.demo import arguments, built_in, game_figure, pictures, pose, ready, row, user_file
 from blender_tests.demo.example import run as example
+from blender_tests.demo.joints import run as joints
 from blender_tests.demo.mirror import run as mirror
 from blender_tests.demo.rig import figures
 from blender_tests.demo.walk import capture, gait, measures, strip, subjects
@@ -173,6 +174,14 @@ def test_examples_of_the_rig_halve_the_error_around_joints():
     assert sum(key.name.startswith("Rig Pose") for key in obj.data.shape_keys.key_blocks) == 10
     for where, (without, with_examples) in example.errors(figure, truths, shapes).items():
         assert with_examples < 0.6 * without, where
+
+
+@pytest.mark.parametrize("name", ["hind leg", "finger"])
+def test_bones_are_more_rigid_at_joints(name):
+    make, moves, _azimuth = joints.SUBJECTS[name]
+    figure = make()
+    everywhere, at_joints = joints.both(figure, joints.add_body(figure)[0], moves)
+    assert joints.off_rest(figure, at_joints) < 0.75 * joints.off_rest(figure, everywhere)
 
 
 # -- mirror ------------------------------------------------------------------------------------------------------------

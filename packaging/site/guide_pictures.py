@@ -29,6 +29,7 @@ DEMOS = {
     "octopus_lift.webp": ("lift", "octopus_lift.webp", None),
     "corrective.jpg": ("rig", "rig_walker.png", 1500),
     "own_rig.jpg": ("example", "example_walker.png", 1200),
+    "joints.jpg": ("joints", "joints.png", 1600),
     "mirror_seam.jpg": ("mirror", "mirror_seam.png", 1600),
     "morph_arms.jpg": ("morph", "morph_arms.png", 1600),
     "morph_creatures.jpg": ("morph", "morph_creatures.png", 1400),

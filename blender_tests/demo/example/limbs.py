@@ -17,8 +17,8 @@ ASKED = ((30, 20, 75, 50, 80), (-20, 0, 100, 70, 50), (55, -10, 50, 15, 100))
 STRAIGHT = 0.05  # sine of the angle of an elbow
 EVERY = 10  # frames from one pose to the next
 
-#: Over the length of the upper limb: how big the handles are at ends and joints, and what counts as around a joint.
-END, TIP, AROUND = 0.35, 0.12, 0.5
+#: Over the length of the upper limb: how big handles are at hands, feet and joints, and what counts as around a joint.
+END, SOLE, TIP, AROUND = 0.35, 0.3, 0.12, 0.5
 
 
 #: Bones at whose heads the body is held where it is.
@@ -78,7 +78,7 @@ def holds(figure):
         arm, leg = (_length(figure, f"{bone}.{side}", f"{next_bone}.{side}")
                     for bone, next_bone in (("upper_arm", "forearm"), ("thigh", "shank")))  # fmt: skip
         found[f"Hand.{side}"] = near(figure, figure.bones[f"forearm.{side}"][1], END * arm)
-        found[f"Foot.{side}"] = near(figure, figure.bones[f"shank.{side}"][1], END * leg)
+        found[f"Foot.{side}"] = near(figure, figure.bones[f"shank.{side}"][1], SOLE * leg)
         for name, bone, length, out in (("Elbow", "forearm", arm, 1.0), ("Knee", "shank", leg, -1.0)):
             tip = np.array(figure.bones[f"{bone}.{side}"][0])
             tip[1] += 0.2 * out * length

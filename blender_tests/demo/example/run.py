@@ -58,7 +58,7 @@ def carry(figure):
     pose.call(bpy.ops.meanvalue.sample_rig_poses, count=len(limbs.ANIMATED))
     seconds = {"sampling": time.perf_counter() - began}
     limbs.rest(armature)
-    hold(figure, obj, truths)
+    hold(obj, limbs.holds(figure), truths)
     shapes = {}
     for like, stage_name in (("NOTHING", "posing"), ("RIG", "with examples")):
         obj.meanvalue.pose_like = like
@@ -78,9 +78,9 @@ def skinned(obj, armature):
     return found
 
 
-def hold(figure, obj, truths):
-    """Adds what holds the mesh, and muted keys with the poses that are asked for."""
-    for name, members in limbs.holds(figure).items():
+def hold(obj, holds, truths):
+    """Adds what holds the mesh, {name: vertices}, and muted keys with the poses that are asked for."""
+    for name, members in holds.items():
         steps.add_group(obj, name, members)
         bpy.context.view_layer.objects.active = obj
         pose.call(bpy.ops.meanvalue.add_handle, group=name, pin=True)
@@ -112,13 +112,13 @@ def rms(shape, truth):
     return float(np.sqrt(((shape - truth) ** 2).sum(axis=1).mean()))
 
 
-def draw_shapes(path, obj, shapes, picture, points):
-    """Shapes of the result key side by side; points: (p, 3) that the picture shows."""
+def draw_shapes(path, obj, shapes, picture, points, azimuth=25.0):
+    """Shapes of the result key side by side; points: (p, 3) that the picture shows, from `azimuth` degrees."""
     for each in bpy.data.objects:
         each.hide_render = each != obj
     key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
     key.value = 1.0
-    stage.set_stage(points, picture, 25.0, 8.0, margin=0.02)
+    stage.set_stage(points, picture, azimuth, 8.0, margin=0.02)
     drawn = []
     for shape in shapes:
         key.data.foreach_set("co", shape.astype(np.float32).ravel())
