@@ -125,7 +125,7 @@ class Settings:
         name="Loose Parts",
         description="What becomes of parts that no handle and no pin holds, such as eyes, teeth and buttons",
         items=(
-            (ids.LOOSE_FOLLOW, "Follow", "They go along with the nearest surface that is held, as rigid pieces"),
+            (ids.LOOSE_FOLLOW, "Follow", "They go along with the nearest surface that is held. Clothes bend with it"),
             (ids.LOOSE_STAY, "Stay", "They keep their place"),
         ),
         default=ids.LOOSE_FOLLOW,

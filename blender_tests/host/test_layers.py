@@ -21,11 +21,13 @@ ALLOWED = {
     "examples": {"common", "mesh", "encoding", "linalg"},
     "decode": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples"},
     "paper": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
-    "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode", "paper"},
+    "follow": {"common", "mesh", "encoding", "linalg"},
+    "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode", "paper"}
+    | {"follow"},
     "sliders": {"common", "linalg"},
     "sequence": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
-    "morph": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
-    "meanvalue.h": {"common", "deform", "sequence", "morph", "sliders"},
+    "morph": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform", "follow"},
+    "meanvalue.h": {"common", "deform", "follow", "sequence", "morph", "sliders"},
     # What we are compared with; nothing of the product depends on it.
     "reference": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
 }

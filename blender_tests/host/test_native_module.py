@@ -366,3 +366,17 @@ def test_the_interpreter_runs_while_any_method_solves(name):
     assert cancelled_while_solving(
         lambda execution: method(name)(vertices, triangles, anchors, 2 * vertices[anchors], execution=execution)
     )
+
+
+def test_what_is_worn_follows():
+    worn = VERTICES * [1.05, 1.05, 0.9]
+    follower = meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES)
+    assert follower.kinds == ("cloth",) and follower.parts.dtype == np.int32 and not follower.parts.any()
+    posed = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets()).vertices
+    assert np.abs(follower.follow(VERTICES) - worn).max() < 1e-10
+    assert np.array_equal(follower.start_follow(posed, threads=1).result(), follower.follow(posed))
+    assert meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="rigid").kinds == ("rigid",)
+    with pytest.raises(meanvalue.InvalidInput, match="kind is 'silk'; give 'auto', 'cloth' or 'rigid'"):
+        meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="silk")
+    with pytest.raises(meanvalue.InvalidInput, match="carrier_posed has 3 positions"):
+        follower.follow(posed[:3])

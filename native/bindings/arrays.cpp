@@ -153,9 +153,9 @@ std::optional<Polygons> as_polygons(const py::object& faces) {
     return result;
 }
 
-Triangles triangles_of(const py::object& faces, const Positions& vertices) {
+Triangles triangles_of(const py::object& faces, const Positions& vertices, const char* name) {
     const std::optional<Polygons> polygons = as_polygons(faces);
-    return polygons ? triangulate(vertices, *polygons).triangles : as_triangles(faces, "faces");
+    return polygons ? triangulate(vertices, *polygons).triangles : as_triangles(faces, name);
 }
 
 std::vector<Index> as_indices(const py::object& values, const char* name, const char* of) {

@@ -57,7 +57,7 @@ IndexArray as_edges(const py::object& values, const char* name);
 std::optional<Polygons> as_polygons(const py::object& faces);
 
 /// Of either kind of faces. @throws InvalidInput as both, and as triangulate().
-Triangles triangles_of(const py::object& faces, const Positions& vertices);
+Triangles triangles_of(const py::object& faces, const Positions& vertices, const char* name = "faces");
 
 /// From an array or anything that numpy makes one of. @param of what they number, for the message.
 /// @throws InvalidInput where they are not (k,), not of an integer type, or out of the 32-bit range.

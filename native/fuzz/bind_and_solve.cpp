@@ -35,15 +35,16 @@ void require_fixed_in_place(const Binding& binding, const SolveOptions& options,
     }
 }
 
-/// A loose part that is carried goes along with a held one.
+/// A loose part that is carried goes along with a held one, or with clothes that do.
 void require_carriers(const BindReport& report, LooseRule rule) {
     require(report.carriers.size() == report.components.size(), "each part has a carrier or none");
     for (const Index carrier : report.carriers) {
         require(carrier < 0 || rule == LooseRule::kFollow, "where loose parts stay, none is carried");
         if (carrier < 0) continue;
         require(carrier < static_cast<Index>(report.carriers.size()), "what carries is a part of the mesh");
-        require(report.carriers[carrier] < 0, "what carries is not carried");
-        const Component& part = report.components[carrier];
+        const Index held = report.carriers[carrier] < 0 ? carrier : report.carriers[carrier];
+        require(report.carriers[held] < 0, "what carries clothes is not carried");
+        const Component& part = report.components[held];
         require(part.fixed_count + part.soft_count > 0, "what carries is held");
     }
 }

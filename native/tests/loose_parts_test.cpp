@@ -68,7 +68,12 @@ Positions solved(const Binding& binding, const Positions& targets, const std::op
 /// Of a mesh whose first part alone is held.
 LooseParts parts_beside_the_first(const Mesh& mesh, Index fixed = 0) {
     const std::vector<char> is_fixed = flags(mesh.vertex_count(), {fixed});
-    return {mesh.vertices, mesh.faces, find_components(mesh.vertices, mesh.faces, is_fixed, Execution()),
+    return {mesh.vertices,
+            mesh.faces,
+            find_components(mesh.vertices, mesh.faces, is_fixed, Execution()),
+            FollowKind::kRigid,
+            InstructionSet::kPortable,
+            1,
             Execution()};
 }
 
@@ -341,6 +346,67 @@ TEST(LooseParts, ThinPatchesAndLooseVerticesGiveFiniteShapes) {
     Positions target = ball.vertices.topRows(1);
     target.row(0) += Eigen::RowVector3d(1.0, 0.0, 0.0);
     EXPECT_TRUE(solved(lone, target).allFinite());
+}
+
+/// An arm that bends, in a sleeve with a button.
+struct DressedArm {
+    Mesh arm = capped_tube(24, 40, 10.0);
+    Mesh worn =
+        joined(moved(capped_tube(20, 24, 6.0), 1.0, {0.0, 0.0, 2.0}), moved(sphere(1), 0.06, {1.2, 0.0, 4.0}));
+    Mesh mesh;
+    Binding binding{Positions(0, 3), Triangles(0, 3), std::vector<Index>()};
+
+    DressedArm() {
+        const Index cloth_count = worn.vertex_count() - sphere(1).vertex_count();
+        worn.vertices.topRows(cloth_count).leftCols(2) *= 1.1;
+        mesh = joined(arm, worn);
+        std::vector<Index> anchors;
+        for (Index v = 0; v < arm.vertex_count(); ++v) {
+            if (arm.vertices(v, 2) < 2.0 || arm.vertices(v, 2) > 8.0) anchors.push_back(v);
+        }
+        binding = Binding(mesh.vertices, mesh.faces, anchors);
+        binding.loose = LooseRule::kFollow;
+        binding.threads = 1;
+    }
+
+    Positions bent(double angle_rad) const {
+        Positions targets = rows_of(mesh.vertices, binding.anchors);
+        const Eigen::AngleAxisd turn(angle_rad, Vector3::UnitY());
+        const Vector3 centre(0.0, 0.0, 5.0);
+        for (Index k = 0; k < targets.rows(); ++k) {
+            if (targets(k, 2) > 5.0)
+                targets.row(k) = (centre + turn * (Vector3(targets.row(k)) - centre)).transpose();
+        }
+        return targets;
+    }
+};
+
+TEST(LooseParts, AShirtInTheBodysMeshBendsAsAFollowerDoes) {
+    const DressedArm dressed;
+    const auto deformer = bound(dressed.binding);
+    EXPECT_EQ(deformer->report().carriers, (std::vector<Index>{-1, 0, 1}));  // the button by the sleeve
+    FollowBinding binding(dressed.arm.vertices, dressed.arm.faces, dressed.worn.vertices, dressed.worn.faces);
+    const Follower follower(binding);
+    EXPECT_EQ(follower.kinds(), (std::vector<FollowKind>{FollowKind::kCloth, FollowKind::kRigid}));
+    const Index count = dressed.arm.vertex_count();
+    const auto expect_followed = [&](const Positions& result) {
+        const Positions worn = result.bottomRows(dressed.worn.vertex_count());
+        EXPECT_LT(largest_distance(worn, follower.follow(result.topRows(count))), 1e-9);
+        EXPECT_GT(largest_stretch(dressed.worn.vertices, worn), 0.05);  // not stiff
+    };
+    const Positions result = solve(*deformer, dressed.bent(1.2)).vertices;
+    expect_followed(result);
+    Deformer::Drag drag(*deformer);
+    for (const double angle_rad : {0.3, 0.4, 0.5, 0.6})
+        expect_followed(solve_next(drag, dressed.bent(angle_rad)).vertices);
+    const std::optional<Positions> draft = drag.draft(dressed.bent(0.65));
+    ASSERT_TRUE(draft);
+    expect_followed(*draft);
+    // Bound again with another anchor, it follows with the same bits of the same surface.
+    Binding again = deformer->binding_again();
+    again.anchors = dressed.binding.anchors;
+    again.anchors.pop_back();
+    expect_followed(solve(*bound(again, deformer.get()), dressed.bent(1.2).topRows(again.anchors.size())).vertices);
 }
 
 TEST(LooseParts, BindingAgainFindsOtherCarriers) {

@@ -5,6 +5,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/deform/deformer.h"
+#include "meanvalue/follow/follower.h"
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/sequence/sequence.h"
 #include "meanvalue/sliders/slider_fit.h"

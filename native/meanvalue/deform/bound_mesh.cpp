@@ -102,7 +102,12 @@ BoundMesh::BoundMesh(const Binding& binding, Execution& execution, const BoundMe
     Components components = find_components(rest(), *mesh_->faces, is_fixed_, execution, is_soft);
     if (loose_ == LooseRule::kFollow) {
         if (!binding.is_border.empty()) free_parts_held_by_border(components, border_flags(binding));
-        loose_parts_ = LooseParts(rest(), *mesh_->faces, components, execution);
+        bool is_same = earlier != nullptr && earlier->instructions_ == instructions_;  // other anchors change nothing
+        for (std::size_t part = 0; is_same && part < components.parts.size(); ++part)
+            is_same = components.fixed[part].empty() == (earlier->report_.carriers[part] >= 0);
+        loose_parts_ = is_same ? earlier->loose_parts_
+                               : LooseParts(rest(), *mesh_->faces, components, FollowKind::kAuto, instructions_,
+                                            threads_, execution);
     }
     for (const Index v : anchors_)
         is_of_loose_part_.push_back(components.is_loose(components.part_of[v]) ? 1 : 0);

@@ -12,7 +12,7 @@
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/deform/binding.h"
 #include "meanvalue/deform/binding_input.h"
-#include "meanvalue/deform/loose_parts.h"
+#include "meanvalue/follow/loose_parts.h"
 #include "meanvalue/mesh/components.h"
 
 namespace meanvalue {

@@ -43,8 +43,10 @@ FollowingParts::FollowingParts(const std::vector<PositionsView>& shapes, const T
     }
     if (std::count(may_follow.begin(), may_follow.end(), 1) == 0) return;
     carried_by_.resize(shapes.size());
-    parallel_items(shapes.size(), threads, execution,
-                   [&](int, std::size_t k) { carried_by_[k] = LooseParts(shapes[k], faces, components, execution); });
+    parallel_items(shapes.size(), threads, execution, [&](int, std::size_t k) {
+        carried_by_[k] =
+            LooseParts(shapes[k], faces, components, FollowKind::kRigid, InstructionSet::kPortable, 1, execution);
+    });
     const std::vector<char> is_carried = parts_carried_along(shapes, components, may_follow, threads, execution);
     follows_.assign(components.part_of.size(), 0);
     for (std::size_t v = 0; v < follows_.size(); ++v) {

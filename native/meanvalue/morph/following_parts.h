@@ -5,8 +5,8 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/deform/loose_parts.h"
 #include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/follow/loose_parts.h"
 #include "meanvalue/mesh/components.h"
 
 namespace meanvalue {

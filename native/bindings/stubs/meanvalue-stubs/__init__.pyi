@@ -219,6 +219,30 @@ class Execution:
     @property
     def stage(self) -> str: ...
 
+class Follower:
+    def __init__(
+        self,
+        carrier_vertices: ArrayLike,
+        carrier_faces: ArrayLike,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        kind: Literal['auto', 'cloth', 'rigid'] = 'auto',
+        threads: int = 0,
+        portable: bool = False,
+        execution: Execution | None = None,
+    ) -> None: ...
+    def follow(
+        self, carrier_posed: ArrayLike, *, threads: int = 0, execution: Execution | None = None
+    ) -> NDArray[np.float64]: ...
+    @property
+    def kinds(self) -> tuple[str, ...]: ...
+    @property
+    def parts(self) -> NDArray[np.int32]: ...
+    def start_follow(
+        self, carrier_posed: ArrayLike, *, threads: int = 0, execution: Execution | None = None
+    ) -> Task: ...
+
 class InvalidInput(ValueError): ...
 
 class MorphReport:

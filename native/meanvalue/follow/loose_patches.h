@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/follow/carrier_surface.h"
 #include "meanvalue/mesh/components.h"
 
 namespace meanvalue {
@@ -17,13 +18,6 @@ struct WeightedPoints {
     std::vector<double> weights;       ///< of these, summing to 1
     Vector3 centre = Vector3::Zero();  ///< of these at rest, weighted
 };
-
-/// Vertex v. @param positions n x 3, row by row.
-template <typename Scalar>
-Vector3 point_at(const Scalar* positions, Index v) {
-    return Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(positions + 3 * static_cast<std::ptrdiff_t>(v))
-        .template cast<double>();
-}
 
 /// From the first point on: far from the origin a sum of positions would be off by more than a part is large.
 template <typename Scalar>
@@ -47,6 +41,7 @@ struct LoosePatch {
 struct FoundPatches {
     std::vector<Index> carriers;       ///< of each part of the mesh: the part that carries it, or -1
     std::vector<Index> patch_of_part;  ///< or -1
+    std::vector<Index> containers;     ///< of each part: the loose part that it is inside of, or -1
     std::vector<LoosePatch> patches;
 };
 

@@ -1,4 +1,4 @@
-#include "meanvalue/deform/loose_patches.h"
+#include "meanvalue/follow/loose_patches.h"
 
 #include <algorithm>
 #include <array>
@@ -65,6 +65,7 @@ class Finder {
         FoundPatches found;
         found.carriers.assign(members_.size(), -1);
         found.patch_of_part.assign(members_.size(), -1);
+        found.containers.assign(members_.size(), -1);
         std::vector<Index> loose;
         for (std::size_t part = 0; part < members_.size(); ++part) {
             if (is_loose(static_cast<Index>(part))) loose.push_back(static_cast<Index>(part));
@@ -77,6 +78,7 @@ class Finder {
             execution_.check();
             const Contacts contacts = contacts_of(part);
             const Index container = container_of(part, containers, contacts.least);
+            found.containers[part] = container;
             if (container >= 0) {
                 found.carriers[part] = found.carriers[container];
                 found.patch_of_part[part] = found.patch_of_part[container];

@@ -1,0 +1,124 @@
+#include "meanvalue/follow/follower.h"
+
+#include <cstddef>
+#include <utility>
+
+#include "meanvalue/common/checks.h"
+#include "meanvalue/common/parallel.h"
+#include "meanvalue/follow/loose_parts.h"
+#include "meanvalue/mesh/components.h"
+#include "meanvalue/mesh/one_ring.h"
+#include "meanvalue/mesh/same_places.h"
+
+namespace meanvalue {
+namespace {
+
+void require_mesh(const Positions& vertices, const Triangles& faces, const char* vertices_name,
+                  const char* faces_name) {
+    require_finite(vertices, vertices_name);
+    require_moderate_extent(vertices);
+    try {
+        require_triangles(static_cast<Index>(vertices.rows()), faces);
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(message(faces_name, ": ", error.what()));
+    }
+}
+
+}  // namespace
+
+struct Follower::Bound {
+    Index carrier_count = 0;
+    Positions rest;             // both meshes in one, the carrier first; vertices of seams once
+    std::vector<Index> places;  // n: of each vertex there
+    LooseParts parts;
+    std::vector<FollowKind> kinds;
+    std::vector<Index> part_of;
+    int threads = 1;
+
+    Triangles join(const FollowBinding& binding, const Execution& execution);
+};
+
+/// @return the faces of both. Where a mesh was split, as along the seams of its texture, it is whole again.
+Triangles Follower::Bound::join(const FollowBinding& binding, const Execution& execution) {
+    const Positions& vertices = *binding.vertices;
+    const Triangles& faces = *binding.faces;
+    carrier_count = static_cast<Index>(binding.carrier_vertices->rows());
+    const std::vector<Index> corners(faces.data(), faces.data() + faces.size());
+    std::vector<Index> starts(faces.rows());
+    for (Index f = 0; f < faces.rows(); ++f)
+        starts[f] = 3 * f;
+    const std::vector<Index> first = first_of_seams(vertices, corners, starts, 0.0, execution);
+    std::vector<Index> kept;
+    places.resize(first.size());
+    for (std::size_t v = 0; v < first.size(); ++v) {
+        places[v] = carrier_count + static_cast<Index>(kept.size());
+        if (first[v] == static_cast<Index>(v)) kept.push_back(first[v]);
+    }
+    for (std::size_t v = 0; v < first.size(); ++v)
+        places[v] = places[first[v]];
+    rest.resize(carrier_count + static_cast<Index>(kept.size()), 3);
+    rest << *binding.carrier_vertices, vertices(kept, Eigen::all);
+    Triangles both(binding.carrier_faces->rows() + faces.rows(), 3);
+    both.topRows(binding.carrier_faces->rows()) = *binding.carrier_faces;
+    Index count = static_cast<Index>(binding.carrier_faces->rows());
+    for (Index f = 0; f < faces.rows(); ++f) {
+        const Index a = places[faces(f, 0)], b = places[faces(f, 1)], c = places[faces(f, 2)];
+        if (a != b && b != c && c != a) both.row(count++) << a, b, c;
+    }
+    both.conservativeResize(count, 3);
+    return both;
+}
+
+Follower::Follower(const FollowBinding& binding, Execution& execution) {
+    pin_eigen_cache_sizes();
+    require_mesh(*binding.carrier_vertices, *binding.carrier_faces, "carrier_vertices", "carrier_faces");
+    require_mesh(*binding.vertices, *binding.faces, "vertices", "faces");
+    if (binding.carrier_faces->rows() == 0)
+        throw InvalidInput("carrier_faces has no triangles; give the mesh of the surface that is followed");
+    execution.begin_stage("follow");
+    auto bound = std::make_unique<Bound>();
+    bound->threads = thread_count(binding.threads);
+    const Triangles faces = bound->join(binding, execution);
+    std::vector<char> is_held(bound->rest.rows(), 0);  // vertices without a face hold nothing
+    for (const Index corner : binding.carrier_faces->reshaped())
+        is_held[corner] = 1;
+    const Components components = find_components(bound->rest, faces, is_held, execution);
+    bound->parts =
+        LooseParts(bound->rest, faces, components, binding.kind, binding.instructions, bound->threads, execution);
+    if (!bound->places.empty()) {
+        const Index first_part = components.part_of[bound->carrier_count];
+        const std::vector<char>& clothes = bound->parts.clothes();
+        for (std::size_t part = first_part; part < components.parts.size(); ++part) {
+            bound->kinds.push_back(!clothes.empty() && clothes[part] ? FollowKind::kCloth : FollowKind::kRigid);
+        }
+        for (const Index place : bound->places)
+            bound->part_of.push_back(components.part_of[place] - first_part);
+    }
+    bound_ = std::move(bound);
+}
+
+Follower::Follower(Follower&&) noexcept = default;
+Follower& Follower::operator=(Follower&&) noexcept = default;
+Follower::~Follower() = default;
+
+Positions Follower::follow(const PositionsView& carrier_posed, int threads, const Execution& execution) const {
+    require_count("carrier_posed", carrier_posed.rows(), "position", bound_->carrier_count,
+                  "vertices of the carrier");
+    require_finite(carrier_posed, "carrier_posed");
+    require_moderate_extent(carrier_posed);
+    Positions positions = bound_->rest;
+    positions.topRows(bound_->carrier_count) = carrier_posed;
+    bound_->parts.carry(bound_->rest, positions.data(), threads == 0 ? bound_->threads : thread_count(threads),
+                        execution);
+    return positions(bound_->places, Eigen::all);
+}
+
+const std::vector<FollowKind>& Follower::kinds() const {
+    return bound_->kinds;
+}
+
+const std::vector<Index>& Follower::part_of() const {
+    return bound_->part_of;
+}
+
+}  // namespace meanvalue

@@ -1,0 +1,60 @@
+// Parts of a mesh without a fixed vertex (shirts, eyes, buttons), carried along by what is near to them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/types.h"
+#include "meanvalue/follow/follower.h"
+#include "meanvalue/follow/loose_patches.h"
+#include "meanvalue/follow/sheets.h"
+#include "meanvalue/mesh/components.h"
+
+namespace meanvalue {
+
+/// Makes parts loose that have no fixed vertices but soft anchors flagged in `is_border` (n).
+void free_parts_held_by_border(Components& components, const std::vector<char>& is_border);
+
+/// What each loose part goes along with: a function of the shape of that alone, never of where the part was before.
+///
+/// Clothes bend with the parts that have fixed vertices (Sheets). Others are rigid and go along with a patch of these
+/// or of the clothes: a part is rotated as its patch is (best fit), moved as the points of the surface that it
+/// touches, and scaled as the surface around it grows. So it keeps its shape, and a similarity of the whole takes it
+/// along exactly.
+class LooseParts {
+  public:
+    /// No part is loose.
+    LooseParts() = default;
+
+    /// @param rest n x 3. Parts of `components` without a fixed vertex are loose, if another has some.
+    /// @param kind of those that may be clothes. The same bits for any `threads`. @throws Cancelled.
+    /// Cost: n log n where a part is loose.
+    LooseParts(const PositionsView& rest, const TrianglesView& faces, const Components& components, FollowKind kind,
+               InstructionSet instructions, int threads, const Execution& execution);
+
+    /// The part that carries each part of the mesh, or -1. Empty where no part is loose.
+    const std::vector<Index>& carriers() const { return carriers_; }
+    /// Whether each part of the mesh is cloth; empty where none is.
+    const std::vector<char>& clothes() const { return is_cloth_; }
+
+    /// Puts the rows of loose parts where they are carried to.
+    /// @param rest as for the constructor; @param positions 3 n numbers, vertex by vertex; other rows are read.
+    /// The bits do not depend on `threads`. @throws Cancelled.
+    template <typename Scalar>
+    void carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const;
+
+  private:
+    void find_clothes(const PositionsView& rest, const TrianglesView& faces, const Components& components,
+                      const std::vector<Index>& containers, FollowKind kind, InstructionSet instructions, int threads,
+                      const Execution& execution);
+
+    std::vector<Index> carriers_;
+    std::vector<char> is_cloth_;
+    std::shared_ptr<const Sheets> sheets_;  // or none
+    std::vector<LoosePatch> patches_;
+    std::vector<Index> vertices_;  // of all patches
+    std::vector<Index> patch_of_;  // of each of these
+};
+
+}  // namespace meanvalue
