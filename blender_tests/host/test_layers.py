@@ -21,7 +21,7 @@ ALLOWED = {
     "examples": {"common", "mesh", "encoding", "linalg"},
     "decode": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples"},
     "paper": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
-    "follow": {"common", "mesh", "encoding", "linalg"},
+    "follow": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode"},
     "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode", "paper"}
     | {"follow"},
     "sliders": {"common", "linalg"},

@@ -40,33 +40,29 @@ struct Follower::Bound {
 
 /// @return the faces of both. Where a mesh was split, as along the seams of its texture, it is whole again.
 Triangles Follower::Bound::join(const FollowBinding& binding, const Execution& execution) {
-    const Positions& vertices = *binding.vertices;
+    const Triangles& carrier_faces = *binding.carrier_faces;
     const Triangles& faces = *binding.faces;
     carrier_count = static_cast<Index>(binding.carrier_vertices->rows());
     const std::vector<Index> corners(faces.data(), faces.data() + faces.size());
-    std::vector<Index> starts(faces.rows());
+    std::vector<Index> starts;
     for (Index f = 0; f < faces.rows(); ++f)
-        starts[f] = 3 * f;
-    const std::vector<Index> first = first_of_seams(vertices, corners, starts, 0.0, execution);
-    std::vector<Index> kept;
+        starts.push_back(3 * f);
+    const std::vector<Index> first = first_of_seams(*binding.vertices, corners, starts, 0.0, execution);
     places.resize(first.size());
+    std::vector<Index> kept;
     for (std::size_t v = 0; v < first.size(); ++v) {
         places[v] = carrier_count + static_cast<Index>(kept.size());
         if (first[v] == static_cast<Index>(v)) kept.push_back(first[v]);
     }
-    for (std::size_t v = 0; v < first.size(); ++v)
-        places[v] = places[first[v]];
+    places = picked(places, first);
     rest.resize(carrier_count + static_cast<Index>(kept.size()), 3);
-    rest << *binding.carrier_vertices, vertices(kept, Eigen::all);
-    Triangles both(binding.carrier_faces->rows() + faces.rows(), 3);
-    both.topRows(binding.carrier_faces->rows()) = *binding.carrier_faces;
-    Index count = static_cast<Index>(binding.carrier_faces->rows());
+    rest << *binding.carrier_vertices, (*binding.vertices)(kept, Eigen::all);
+    std::vector<Index> both(carrier_faces.data(), carrier_faces.data() + carrier_faces.size());
     for (Index f = 0; f < faces.rows(); ++f) {
         const Index a = places[faces(f, 0)], b = places[faces(f, 1)], c = places[faces(f, 2)];
-        if (a != b && b != c && c != a) both.row(count++) << a, b, c;
+        if (a != b && b != c && c != a) both.insert(both.end(), {a, b, c});
     }
-    both.conservativeResize(count, 3);
-    return both;
+    return Eigen::Map<const Triangles>(both.data(), static_cast<Eigen::Index>(both.size() / 3), 3);
 }
 
 Follower::Follower(const FollowBinding& binding, Execution& execution) {
@@ -85,15 +81,12 @@ Follower::Follower(const FollowBinding& binding, Execution& execution) {
     const Components components = find_components(bound->rest, faces, is_held, execution);
     bound->parts =
         LooseParts(bound->rest, faces, components, binding.kind, binding.instructions, bound->threads, execution);
-    if (!bound->places.empty()) {
-        const Index first_part = components.part_of[bound->carrier_count];
-        const std::vector<char>& clothes = bound->parts.clothes();
-        for (std::size_t part = first_part; part < components.parts.size(); ++part) {
-            bound->kinds.push_back(!clothes.empty() && clothes[part] ? FollowKind::kCloth : FollowKind::kRigid);
-        }
-        for (const Index place : bound->places)
-            bound->part_of.push_back(components.part_of[place] - first_part);
-    }
+    const std::vector<char>& clothes = bound->parts.clothes();
+    const std::size_t first = bound->places.empty() ? clothes.size() : components.part_of[bound->carrier_count];
+    for (const Index place : bound->places)
+        bound->part_of.push_back(components.part_of[place] - static_cast<Index>(first));
+    for (std::size_t part = first; part < clothes.size(); ++part)  // those of the mesh are the last ones
+        bound->kinds.push_back(clothes[part] ? FollowKind::kCloth : FollowKind::kRigid);
     bound_ = std::move(bound);
 }
 

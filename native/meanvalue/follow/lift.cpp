@@ -25,11 +25,6 @@ double fade(double distance, double near) {
     return std::clamp(2.0 - distance / near, 0.0, 1.0);
 }
 
-SurfacePlace place_at(const TriangleTree& tree, const TriangleTree::Place& place) {
-    const auto corners = tree.triangles().row(place.triangle);
-    return {{corners[0], corners[1], corners[2]}, place.weights};
-}
-
 /// Whether the place of a sheet covers a vertex of the carrier. Not where another part of the carrier is nearer, or
 /// on the sheet's other side: a raised hand is not below the skirt.
 bool covers(const TriangleTree& sheets, const TriangleTree::Place& place, const PositionsView& own,
@@ -49,10 +44,8 @@ bool covers(const TriangleTree& sheets, const TriangleTree::Place& place, const 
 
 }  // namespace
 
-Lift::Lift(const PositionsView& rest, const CarrierSurface& carrier, const TriangleTree& carrier_tree,
-           const PositionsView& own, const Triangles& own_faces, const std::vector<SheetHold>& holds, int threads,
-           const Execution& execution) {
-    const double size = carrier.size();
+Lift::Lift(const PositionsView& rest, const CarrierSurface& carrier, double size, const PositionsView& own,
+           const Triangles& own_faces, const std::vector<SheetHold>& holds, int threads, const Execution& execution) {
     const std::vector<Index> one_part(own.rows(), 0);
     const TriangleTree own_tree(own, own_faces, one_part, execution);
     const auto own_count = static_cast<Index>(own.rows());
@@ -66,18 +59,18 @@ Lift::Lift(const PositionsView& rest, const CarrierSurface& carrier, const Trian
                 height.weight = fade(holds[k].offset.norm(), kNearHeight * size);
             } else {
                 const Index v = k - own_count;
-                if (carrier.neighbours(v).empty()) continue;
+                if (carrier.fans().of(v).empty()) continue;
                 const Vector3 point = rest.row(v);
                 const TriangleTree::Place place = own_tree.nearest({point}, 2.0 * kNearCover * size);
                 if (place.triangle < 0) continue;
-                if (!covers(own_tree, place, own, carrier_tree, point, carrier.rest_normals()[v])) continue;
-                height.above = place_at(own_tree, place);
+                if (!covers(own_tree, place, own, carrier.tree(), point, carrier.normals()[v])) continue;
+                height.above = place_on(own_tree, place);
                 height.below = {{v, v, v}, Vector3::UnitX()};
                 height.weight = fade((place.point - point).norm(), kNearCover * size);
             }
             height.sheet = holds[height.above.corners[0]].sheet;
             height.least = (height.above.of(own.data()) - height.below.of(rest.data()))
-                               .dot(height.below.normal(carrier.rest_normals()));
+                               .dot(height.below.normal(carrier.normals()));
             if (height.least > 0.0) height.least = std::min(0.5 * height.least, kLeastHeight * size);
         }
     });
@@ -93,15 +86,8 @@ Lift::Lift(const PositionsView& rest, const CarrierSurface& carrier, const Trian
     });
 }
 
-std::vector<Index> Lift::carrier_vertices() const {
-    std::vector<Index> result;
-    for (const Height& height : heights_)
-        result.insert(result.end(), height.below.corners.begin(), height.below.corners.end());
-    return result;
-}
-
 void Lift::apply(const double* positions, const std::vector<Vector3>& normals, const std::vector<double>& growth,
-                 const Grouped<SheetEdge>& edges, int threads, const Execution& execution, Positions& own) const {
+                 const Encoding& encoding, int threads, const Execution& execution, Positions& own) const {
     const auto count = static_cast<Index>(own.rows());
     std::vector<Vector3> pushes(heights_.size()), lifts(own.rows()), smooth(own.rows());
     for (int pass = 0; pass < kPasses; ++pass) {
@@ -136,9 +122,9 @@ void Lift::apply(const double* positions, const std::vector<Vector3>& normals, c
             parallel_for(count, threads, execution, [&](Index begin, Index end) {
                 for (Index v = begin; v < end; ++v) {
                     Vector3 mean = Vector3::Zero();
-                    for (const SheetEdge& edge : edges.of(v))
-                        mean += lifts[edge.to];
-                    mean /= static_cast<double>(std::max<std::ptrdiff_t>(edges.of(v).end() - edges.of(v).begin(), 1));
+                    const Index first = encoding.ring_offsets[v], end_of_ring = encoding.ring_offsets[v + 1];
+                    for (Index k = first; k < end_of_ring; ++k)
+                        mean += lifts[encoding.ring[k]] / (end_of_ring - first);
                     const double excess = mean.norm() - lifts[v].norm();
                     smooth[v] = lifts[v];
                     if (excess > 0.0) smooth[v] += 0.5 * excess * mean.normalized();

@@ -6,8 +6,8 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
+#include "meanvalue/encoding/encoding.h"
 #include "meanvalue/follow/carrier_surface.h"
-#include "meanvalue/mesh/triangle_tree.h"
 
 namespace meanvalue {
 
@@ -18,30 +18,20 @@ struct SheetHold {
     Index sheet = 0;
 };
 
-/// From one vertex of a sheet to another, and what it counts.
-struct SheetEdge {
-    Index to;
-    double weight;
-};
-
 /// Heights that sheets keep over their carrier, at least: each of their vertices over its place, and the places that
 /// cover a vertex of the carrier over that.
 class Lift {
   public:
     Lift() = default;
-    /// @param rest n x 3 of the whole mesh; @param own the sheets' vertices, their faces in their own numbers.
-    /// @throws Cancelled.
-    Lift(const PositionsView& rest, const CarrierSurface& carrier, const TriangleTree& carrier_tree,
-         const PositionsView& own, const Triangles& own_faces, const std::vector<SheetHold>& holds, int threads,
-         const Execution& execution);
+    /// @param rest n x 3 of the whole mesh; @param size of the carrier; @param own the sheets' vertices, their faces
+    /// in their own numbers. @throws Cancelled.
+    Lift(const PositionsView& rest, const CarrierSurface& carrier, double size, const PositionsView& own,
+         const Triangles& own_faces, const std::vector<SheetHold>& holds, int threads, const Execution& execution);
 
-    /// The carrier's vertices that it reads.
-    std::vector<Index> carrier_vertices() const;
-
-    /// @param positions n x 3, of which the carrier's are read. @param growth of each sheet. @param edges of each
-    /// vertex of `own`, k x 3, which is moved. The same bits for any `threads`. @throws Cancelled.
+    /// @param positions n x 3, of which the carrier's are read. @param growth of each sheet. @param encoding with the
+    /// rings of `own`, k x 3, which is moved. The same bits for any `threads`. @throws Cancelled.
     void apply(const double* positions, const std::vector<Vector3>& normals, const std::vector<double>& growth,
-               const Grouped<SheetEdge>& edges, int threads, const Execution& execution, Positions& own) const;
+               const Encoding& encoding, int threads, const Execution& execution, Positions& own) const;
 
   private:
     struct Height {

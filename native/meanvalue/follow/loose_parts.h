@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/follow/follower.h"
 #include "meanvalue/follow/loose_patches.h"
 #include "meanvalue/follow/sheets.h"
 #include "meanvalue/mesh/components.h"
@@ -34,27 +33,21 @@ class LooseParts {
                InstructionSet instructions, int threads, const Execution& execution);
 
     /// The part that carries each part of the mesh, or -1. Empty where no part is loose.
-    const std::vector<Index>& carriers() const { return carriers_; }
-    /// Whether each part of the mesh is cloth; empty where none is.
-    const std::vector<char>& clothes() const { return is_cloth_; }
+    const std::vector<Index>& carriers() const { return found_.carriers; }
+    /// Whether each part of the mesh is cloth; empty where no part is loose.
+    const std::vector<char>& clothes() const { return found_.is_cloth; }
 
     /// Puts the rows of loose parts where they are carried to.
     /// @param rest as for the constructor; @param positions 3 n numbers, vertex by vertex; other rows are read.
     /// The bits do not depend on `threads`. @throws Cancelled.
-    template <typename Scalar>
-    void carry(const PositionsView& rest, Scalar* positions, int threads, const Execution& execution) const;
+    void carry(const PositionsView& rest, double* positions, int threads, const Execution& execution) const;
+    void carry(const PositionsView& rest, float* positions, int threads, const Execution& execution) const;
 
   private:
-    void find_clothes(const PositionsView& rest, const TrianglesView& faces, const Components& components,
-                      const std::vector<Index>& containers, FollowKind kind, InstructionSet instructions, int threads,
-                      const Execution& execution);
-
-    std::vector<Index> carriers_;
-    std::vector<char> is_cloth_;
+    FoundPatches found_;
     std::shared_ptr<const Sheets> sheets_;  // or none
-    std::vector<LoosePatch> patches_;
-    std::vector<Index> vertices_;  // of all patches
-    std::vector<Index> patch_of_;  // of each of these
+    std::vector<Index> vertices_;           // of all patches
+    std::vector<Index> patch_of_;           // of each of these
 };
 
 }  // namespace meanvalue
