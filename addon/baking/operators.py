@@ -14,7 +14,7 @@ from ..scene.core import sample_times
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from . import properties
-from .bridge import playing, preparing
+from .bridge import playing, preparing, taken_along
 from .bridge.baking import Baking
 from .core import bake_times
 
@@ -88,6 +88,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         else:
             playing.play_cache(obj, prepared.shown_path, prepared.plan.header)
             notes, made = [], f"'{prepared.shown_path}'"
+        notes += prepared.play_along(obj)
         first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
         obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
         scene = bpy.context.scene
@@ -133,9 +134,11 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         if self.keep_bake:
-            playing.keep(obj)
+            for each in taken_along.baked(obj):
+                playing.keep(each)
             return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
-        playing.take_back(obj)
+        for each in taken_along.baked(obj):
+            playing.take_back(each)
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         return "Removed the bake", []

@@ -13,7 +13,7 @@ from bpy.props import (
 )
 
 from .. import ids
-from ..scene import pose_key
+from ..scene import along, pose_key, worn
 from ..scene.declarations import aside, tell
 from .handle_properties import MEANVALUE_PG_handle
 from .live import follower
@@ -39,6 +39,33 @@ def _paint(settings, context):
     if settings.stiffness_group:
         settings.bend_at = ids.BEND_PAINTED
     tell(settings, context)
+
+
+def _tick(line, context):
+    other = line.object
+    worn.forget()
+    if other is not None and not line.is_taken and worn.problem(line.id_data, other) is None:
+        along.remove_pose(other)
+    tell(line, context)
+
+
+class MEANVALUE_PG_along(bpy.types.PropertyGroup):
+    """An object that goes along with the mesh when it is posed"""
+
+    object: PointerProperty(type=bpy.types.Object)
+    is_taken: BoolProperty(
+        name="Goes Along", description="Have this object go along when the mesh is posed", default=True, update=_tick
+    )
+    kind: EnumProperty(
+        name="Kind",
+        description="How the object goes along",
+        items=(
+            ('AUTO', "Automatic", "Small parts are rigid, and what is far from the surface; all else is cloth"),
+            ('CLOTH', "Cloth", "It bends with the surface below it"),
+            ('RIGID', "Rigid", "Each part keeps its shape"),
+        ),
+        update=tell,
+    )
 
 
 class Settings:
@@ -163,6 +190,8 @@ class Settings:
         name="Overlay", description="Show handles, pins and region in the 3D View", default=True
     )
     version: aside(IntProperty)(options={'HIDDEN'})  # of these settings when it was bound, see old_files.py
+    along: aside(CollectionProperty)(type=MEANVALUE_PG_along)  # see scene/worn.py
+    active_along: aside(IntProperty)(name="Active Object", min=0)
     bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
     is_control: aside(BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
     influence: aside(FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture

@@ -4,12 +4,12 @@
 import bpy
 
 from ..rooms import Room
-from ..scene import subject
+from ..scene import along, subject, worn
 from . import handle_properties, old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
-from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
-from .ui import grab_tool, menus, overlay, panel
+from .operators import drive_by_bone, find_along, grab, handles, pose, region, select_problems, solve, tool_choice
+from .ui import along_panel, grab_tool, menus, overlay, panel
 
 
 def _unregister():
@@ -30,20 +30,22 @@ def _remove_deleted():
     for obj in bpy.data.objects:
         if subject.object_problem(obj) is None and not obj.data.is_editmode:
             controls.remove_deleted(obj)
+            worn.remove_deleted(obj)
 
 
 ROOM = Room(
     page="handles",
     pages={
         "meanvalue.grab": "grab",
+        "meanvalue.find_along": "clothes",
         "meanvalue.grow_region": "region",
         "meanvalue.paint_region": "region",
         "meanvalue.select_problems": "messy_meshes",
     },
     modules=(
         *(handle_properties, properties),
-        *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
-        *(panel, menus),
+        *(grab, handles, select_problems, pose, drive_by_bone, solve, region, find_along),
+        *(panel, along_panel, menus),
     ),
     settings=properties.Settings.__annotations__,
     register=grab_tool.register,
@@ -56,9 +58,9 @@ ROOM = Room(
         (bpy.types.VIEW3D_MT_edit_mesh, menus.meanvalue_draw_edit_mesh_menu),
     ],
     scene_updated=[tool_choice.forget_hover],  # it may be of another shape
-    objects_changed=[controls.forget_moved_meshes, _remove_orphans, old_files.carry_over],
+    objects_changed=[controls.forget_moved_meshes, worn.forget, _remove_orphans, old_files.carry_over],
     chosen=[controls.note_active, old_files.carry_over],
     another_file=[orphans.forget, old_files.carry_over],
     about_to_save=[_remove_deleted],
-    forget=[controls.forget_moved_meshes, tool_choice.forget_hover, overlay_data.clear, orphans.note],
+    forget=[controls.forget_moved_meshes, along.forget, tool_choice.forget_hover, overlay_data.clear, orphans.note],
 )

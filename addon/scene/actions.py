@@ -74,14 +74,23 @@ def driver_of(key):
     return animation and animation.drivers.find(key.path_from_id("value"))
 
 
+def source_of(key):
+    """(datablock, path) of the first variable of the driver of a shape key, or None."""
+    curve = driver_of(key)
+    target = curve.driver.variables[0].targets[0] if curve and len(curve.driver.variables) else None
+    return target and (target.id, target.data_path)
+
+
 def drive(key, others, expression):
-    """A driver on the value of a shape key; others: {variable: the shape key whose value it has}."""
+    """A driver on the value of a shape key; others: {variable: the shape key whose value it has, or "mute", if the
+    variable is called so}."""
     driver = key.driver_add("value").driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
     for name, other in others.items():
         variable = driver.variables.new()
         variable.name, target = name, variable.targets[0]
-        target.id_type, target.id, target.data_path = 'KEY', other.id_data, other.path_from_id("value")
+        target.id_type, target.id = 'KEY', other.id_data
+        target.data_path = other.path_from_id("mute" if name == "mute" else "value")
     driver.expression = expression
 
 

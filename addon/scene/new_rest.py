@@ -7,18 +7,26 @@ import numpy as np
 
 from .. import compat, wording
 from ..rooms import ALL
-from . import mesh_arrays, pose_key, shape_keys, subject
+from . import along, mesh_arrays, pose_key, shape_keys, subject
 from .core import motion
 from .core.motion import unit
 from .surface import Surface
 
 
 def become(obj):
-    """The result becomes the reference key. Keys that add to that move along by as much, so that they add the same.
+    """The result becomes the reference key, of the mesh and of what goes along. Keys that add to that move along by as
+    much, so that they add the same.
 
     Returns notes, as sentences. @throws SceneError if there is no result.
     """
-    shape = shape_keys.pose_to_use(obj)
+    notes = _become(obj, shape_keys.pose_to_use(obj))
+    for other in along.group(obj)[1:]:
+        shape = shape_keys.result_positions(other)
+        notes += [] if shape is None else _become(other, shape)
+    return notes
+
+
+def _become(obj, shape):
     mesh = obj.data
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)

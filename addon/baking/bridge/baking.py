@@ -13,6 +13,7 @@ from ...wording import counted
 from ..core import bake_times, point_cache
 from . import handle_source, preparing
 from .clips import BakePlan, RowClip
+from .taken_along import TakenAlong
 
 
 class Baking:
@@ -32,6 +33,7 @@ class Baking:
         self.shown_path, self.path = preparing.paths(obj, options)
         preparing.require_fit(obj, self.times, options, self.path)
         self._kind = baked.source(obj) or handle_source
+        self._along = TakenAlong(obj, self.times, options) if self._kind is handle_source else None
         self.posing = self._kind.bind(obj)
         self.require_unchanged = self.posing.require_unchanged
         self.plan = self.begun = self.kept = self.shapes = self._execution = None
@@ -97,6 +99,8 @@ class Baking:
             if not self.is_done:
                 self.begun.become_whole()
             preparing.write_marker(self.path, obj, self.plan.key)
+            if self._along is not None:
+                yield from self._along.write(obj, point_cache.mapped(self.path), self.plan)
             return
         rows, rest = point_cache.mapped(self.begun.path), self.posing.bind_input.rest
         if self._kind is handle_source and self._shares.min() < 1.0:  # kept poses, which play on, show what is missing
@@ -106,3 +110,10 @@ class Baking:
         if tolerance > 0.0:
             self.kept = yield from bake_times.reduced(rows, self.times, tolerance)
         self.shapes = [np.array(rows[row]) for row in self.kept]
+        if self._along is not None:
+            yield from self._along.choose(obj, self.shapes)
+
+    def play_along(self, obj):
+        """What goes along plays its bake, too. Returns notes."""
+        times = self.times[self.kept] if self.to_keys else None
+        return self._along.play(obj, self.plan, times) if self._along is not None else []

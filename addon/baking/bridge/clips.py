@@ -117,7 +117,9 @@ class BakePlan:
 
     @property
     def header(self):
-        vertices = len(self.clip.bind_input.rest)
+        return self.header_of(len(self.clip.bind_input.rest))
+
+    def header_of(self, vertices):
         return point_cache.Header(vertices, float(self.times[0]), self.spacing, len(self.times))
 
     def chunks(self):

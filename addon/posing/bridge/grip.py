@@ -7,7 +7,7 @@ from mathutils import Quaternion, Vector
 
 from ...errors import SceneError, require_none
 from ...live import engine, roll
-from ...scene import declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import along, declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
 
@@ -155,6 +155,7 @@ class _Before:
         settings = obj.meanvalue
         self._settings = {name: getattr(settings, name) for name in SETTINGS}
         self.others = [] if settings.live else roll.kinds_on(obj)
+        self._had_along = bool(settings.along)
         self._had_group = settings.roi_group in obj.vertex_groups
         self._was_bound = settings.bound.is_bound
         self._weights = None
@@ -179,10 +180,15 @@ class _Before:
         elif self._weights is not None:
             region.remove_made_group(obj)
         made = pose_key.names(obj)
+        if self._result is None:
+            along.remove_pose(*along.group(obj)[1:])
+        if not self._had_along:
+            along.release(obj)
         for name, value in self._settings.items():
             setattr(settings, name, value)
         if self._result is not None:
             shape_keys.write_positions(obj.data, shape_keys.result(obj), self._result)
+            along.pose(obj, self._result)
         else:
             shape_keys.remove(obj, made)
             shape_keys.remove_lone_basis(obj)

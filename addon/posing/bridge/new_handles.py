@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import kept, rig_space, shape_keys, views
+from ...scene import kept, rig_space, shape_keys, views, worn
 from . import controls, limbs, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
@@ -19,6 +19,9 @@ def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
     if not group:
         controls.remove_deleted(obj)
     limbs.choose(obj)
+    worn.let_go(obj)
+    if not settings.handles and not settings.along:
+        worn.find(obj)
     handle = settings.handles.add()
     if group:
         handle.name = group

@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, mesh_arrays, pose_key, shape_keys, views
+from ...scene import actions, along, mesh_arrays, pose_key, shape_keys, views
 from ...solver import session
 from ...solver.core import result
 from ..bridge import controls, posing, scene_input, targets
@@ -103,11 +103,17 @@ class Follower(Following):
         return first.is_near(second, SAME_TARGETS * self._input.diagonal)
 
     def _has_chores(self, obj):
-        return self._targets.is_behind(obj)
+        return self._targets.is_behind(obj) or along.is_behind(obj, self._model(obj).written)
 
     def _do_chores(self, obj):
         self._targets.catch_up(obj, self._input)
         pose_key.give_way(obj)
+        along.pose(obj, self._model(obj).written)
+
+    def _write(self, obj, shape):
+        is_made = not self._has_key(obj)
+        super()._write(obj, shape)
+        along.pose(obj, shape, makes_keys=is_made)
 
     def _bind_work(self, obj):
         bind_input = self._input

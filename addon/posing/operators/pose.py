@@ -8,7 +8,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
+from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
 from ...scene.core import point_sets
 from ...scene.key_marks import Role
 from ...solver.core import result
@@ -34,7 +34,7 @@ class SettledOperator(BackgroundOperator):
             prepared.keep()
             goal = prepared.targets
             composed = result.compose(prepared.bind_input, goal.positions, solved)
-            shape_keys.write_result(obj, composed)
+            along.write_result(obj, composed)
         elif not _is_settled(obj):
             raise SceneError(f"A handle of '{obj.name}' was moved meanwhile. Try again")
         return self.use(obj)
@@ -70,6 +70,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         key = shape_keys.add_shape(obj, self.name.strip() or new_handles.named_pose(obj, shape - rest), shape)
         key.slider_min = key_marks.mark(Role.KEPT, key.name)
         name = key.name
+        along.keep(obj, key)
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
         if any(actions.is_animated(each.control) or len(controls.mover(each).constraints) for each in handles):
@@ -78,7 +79,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         engine.look_again(obj)
         with engine.held():
             key.value = 1.0
-            shape_keys.write_result(obj, rest)
+            along.write_result(obj, rest)
             control_places.reset(obj, handles)
         obj.update_tag()
         bpy.context.view_layer.update()
@@ -170,12 +171,13 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         notes = new_rest.become(obj) if is_posed and self.keep == 'REST' else []
         obj.meanvalue.live = False
         if is_posed and self.keep == 'SHAPE_KEY':
-            if key.name == ids.DEFAULT_RESULT_KEY:
-                key.name = new_handles.named_pose(obj, shape - rest)
-            key.slider_min = key_marks.mark(Role.KEPT, key.name)
+            is_named = key.name != ids.DEFAULT_RESULT_KEY
+            name = key.name if is_named else new_handles.named_pose(obj, shape - rest)
+            for each in filter(None, map(shape_keys.result, along.group(obj))):
+                each.name = name
+                each.slider_min = key_marks.mark(Role.KEPT, each.name)
             return f"The pose is shape key '{key.name}'", []
-        shape_keys.remove(obj, pose_key.names(obj))
-        shape_keys.remove_lone_basis(obj)
+        along.remove_pose(*along.group(obj))
         return "The pose is the rest shape now" if is_posed and self.keep == 'REST' else "The mesh is as it was", notes
 
 
@@ -190,8 +192,7 @@ def remove_what_was_made(obj):
     region.remove_made_group(obj)
     if settings.bound.is_bound:
         posing.release(settings.bound)
-    for name in ("result_name", "result_mark"):
-        settings.property_unset(name)
+    along.release(obj)
     return wording.counted(count, "handle or pin", "handles and pins")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import shape_keys, subject
+from ...scene import along, shape_keys, subject
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator
@@ -64,7 +64,7 @@ class SolvingOperator(BackgroundOperator):
             *result.pose_warnings(posing.bind_input, positions),
             *targets.held_back_notes(posing.targets.held_back),
         ]
-        notes = shape_keys.write_result(obj, result.compose(posing.bind_input, positions, solved))
+        notes = along.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
         return ". ".join([f"Solved into '{obj.meanvalue.result_key}'", *notes, *subject.sharing_notes(obj)]), warnings
 

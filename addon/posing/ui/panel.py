@@ -6,7 +6,7 @@ import bpy
 from ... import ids, wording
 from ...live import engine
 from ...rooms import ALL
-from ...scene import key_marks, mirrors, shape_keys, subject
+from ...scene import key_marks, mirrors, shape_keys, subject, worn
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
@@ -77,10 +77,14 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             return
         if overlay.problem:
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
+        carrier = worn.carrier(obj)
+        if carrier is not None:
+            text = f"'{obj.name}' goes along with '{carrier.name}'. Press on it with Grab to pose '{carrier.name}'"
+            draw_wrapped(layout, context, wording.sentence(text), icon='INFO')
         if any(draw_top(layout, context, obj) for draw_top in ALL.tops):
             return
-        is_new = not (obj.meanvalue.handles or shape_keys.result(obj))
-        if is_new:
+        is_new = carrier is not None or not (obj.meanvalue.handles or shape_keys.result(obj))
+        if is_new and carrier is None:
             draw_wrapped(layout, context, HINT, icon='INFO')
         _draw_grab(layout, context, obj)
         if obj.mode == 'EDIT':

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one place that writes a pose for a mesh and for all that goes along with it.
+
+Each of these has a result key of its own, as any mesh that is posed, below its own modifiers. Where it goes follows
+from the mesh's pose alone (meanvalue.Follower); its value is that of the mesh's key, by a driver. So a pose that fades,
+is muted or is kept does so everywhere, without the add-on too.
+"""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import compat
+from ..errors import MeanValueError
+from ..solver import native_loader, session
+from ..solver.core.fingerprint import digest
+from . import actions, kept, key_marks, mesh_arrays, mirrors, object_model, pose_key, shape_keys, subject, worn
+from .core import motion, welding
+from .core.point_sets import bounding_box_diagonal, require_finite
+from .key_marks import Role
+
+#: Of the mesh's size: what moved less beside the mesh lies where it lay; what is posed by less is still (rounding).
+SAME_PLACE, STILL = 1e-4, 1e-9
+
+#: Keys are compared with what was written after a pause: not in a drag.
+PAUSE_SECONDS = 0.25
+
+REFUSED = "What goes along cannot be bound: {}"
+
+
+class Shape(NamedTuple):
+    """A mesh at rest, with one of all copies of a vertex. @throws MeanValueError where it is read."""
+
+    rest: np.ndarray  # n x 3 float32
+    first: np.ndarray  # k: the vertices that are used
+    at: np.ndarray  # n: which of these a vertex is
+    triangles: np.ndarray  # of these
+    images: list  # as of mirrors.images()
+    revision: str
+
+    def seen(self, shape):
+        """(images times k) x 3 float64: what Mirror modifiers show of n x 3 `shape`."""
+        vertices = shape[self.first].astype(np.float64)
+        return np.concatenate([vertices @ matrix.T + shift for matrix, shift in self.images])
+
+    def faces(self):
+        turned = [self.triangles[:, :: int(np.sign(np.linalg.det(matrix)))] for matrix, _ in self.images]
+        return np.concatenate([each + number * len(self.first) for number, each in enumerate(turned)]).astype(np.int32)
+
+
+def _read(obj):
+    rest = shape_keys.rest_positions(obj.data)
+    require_finite(rest, f"rest shape of '{obj.name}'")
+    corners, starts = mesh_arrays.faces(obj.data)
+    copies = welding.copies(rest, *kept.seam_settings(obj), corners, starts)
+    first, at = np.unique(np.arange(len(rest)) if copies is None else copies, return_inverse=True)
+    triangles = at.ravel()[mesh_arrays.triangles(obj.data, rest, corners)].reshape(-1, 3)
+    images = mirrors.images(obj)
+    return Shape(rest, first, at.ravel(), triangles, images, digest(rest, triangles, repr(images)))
+
+
+def _signature(obj):
+    mesh = obj.data
+    counts = len(mesh.vertices), len(mesh.polygons)
+    return compat.session_key(mesh), counts, kept.seam_settings(obj), mirrors.signature(obj)
+
+
+READING = object_model.Kind(_signature, _read, lambda found: [("", found.rest)], shape_keys.result)
+
+
+def _shape(obj):
+    model = object_model.of(obj, READING)
+    model.read(obj)
+    return model.result(obj)
+
+
+class Follower:
+    """What goes along with a mesh in one way, as one mesh: so a button finds the shirt that it is on."""
+
+    def __init__(self, carrier, kind, shapes, places, size):
+        """carrier, shapes: Shapes; places: 4 x 4 each, from its space to the carrier's, of this size.
+        @throws SolverError."""
+        self.carrier, self._shapes, self.places, self._size = carrier, shapes, places, size
+        self.key = [each.revision for each in (carrier, *shapes)]
+        vertices = [motion.apply(place, each.rest[each.first]) for place, each in zip(places, shapes, strict=True)]
+        self._ends = np.cumsum([len(each) for each in vertices])
+        begins, self._vertices = self._ends - [len(each) for each in vertices], np.concatenate(vertices)
+        faces = np.concatenate([each.triangles + begin for each, begin in zip(shapes, begins, strict=True)])
+        meshes = carrier.seen(carrier.rest), carrier.faces(), self._vertices, faces.astype(np.int32)
+        self._native = session.call(native_loader.module().Follower, *meshes, kind=kind.lower(), refused=REFUSED)
+
+    def follow(self, shape):
+        """[n x 3 float32] for the carrier's pose; at rest to the last bit where that is. @throws SolverError."""
+        if np.array_equal(shape, self.carrier.rest):
+            return [each.rest for each in self._shapes]
+        offsets = session.call(self._native.follow, self.carrier.seen(shape), refused=REFUSED) - self._vertices
+        offsets[np.abs(offsets) <= STILL * self._size] = 0.0
+        own = zip(np.split(offsets, self._ends[:-1]), self._shapes, self.places, strict=True)
+        return [(each.rest + (to @ np.linalg.inv(at[:3, :3]).T)[each.at]).astype(np.float32) for to, each, at in own]
+
+
+class _State:
+    """What is known of one object: the pose of the mesh that it shows, of what, and when it was written."""
+
+    of = stamp = place = None
+    problem, at, size = "", 0.0, 1.0
+
+
+_states = {}  # (session key of the mesh, of what goes along): _State
+_followers = {}  # (session key of the mesh, kind): Follower
+
+
+def forget():
+    _states.clear()
+    _followers.clear()
+    worn.forget()
+
+
+def _state(obj, other):
+    return _states.setdefault((compat.session_key(obj), compat.session_key(other)), _State())
+
+
+def followers(obj):
+    """[(Follower, its objects)] of a mesh, made anew where anything is another. @throws MeanValueError."""
+    carrier, kinds = _shape(obj), {}
+    size = bounding_box_diagonal(carrier.rest)
+    for line, other in worn.taken(obj):
+        state = _state(obj, other)
+        try:
+            shape, state.place, state.size, state.problem = _shape(other), worn.to_carrier(obj, other), size, ""
+            kinds.setdefault(line.kind, []).append((other, shape, state.place))
+        except MeanValueError as error:
+            state.problem = str(error)
+    found = []
+    for kind, parts in kinds.items():
+        others, shapes, places = zip(*parts, strict=True)
+        key = compat.session_key(obj), kind
+        known = _followers.get(key)
+        is_same = known and known.key == [each.revision for each in (carrier, *shapes)]
+        if not is_same or not all(map(_is_same_place, places, known.places, [size] * len(places))):
+            _followers.pop(key, None)  # frees its memory first
+            _followers[key] = Follower(carrier, kind, shapes, places, size)
+        found.append((_followers[key], others))
+    return found
+
+
+def _is_same_place(place, other, size):
+    reach = np.abs(place[:3, :3]).max()
+    return bool((np.abs(place - other)[:3] <= SAME_PLACE * np.array([reach, reach, reach, size])).all())
+
+
+def problems(obj):
+    """Sentences on those that should go along and do not."""
+    ticked = [other for line, other in worn.listed(obj) if line.is_taken]
+    return [each for other in ticked if (each := worn.problem(obj, other) or _state(obj, other).problem)]
+
+
+def is_behind(obj, shape):
+    """Whether anything that goes along does not show the pose, n x 3 `shape` as it was handed to pose() last."""
+    return any(not _is_shown(obj, line, other, shape) for line, other in worn.taken(obj))
+
+
+def _is_shown(obj, line, other, shape):
+    state = _state(obj, other)
+    if state.of is not shape or state.stamp != _stamp(line, other):
+        return False
+    return state.place is None or _is_same_place(worn.to_carrier(obj, other), state.place, state.size)
+
+
+def _stamp(line, other):
+    """Another one where the object may be another, or can be written by now."""
+    return line.kind, object_model.of(other, READING).stamp(other), subject.mode_problem(other)
+
+
+def pose(obj, shape, makes_keys=True):
+    """The mesh has the pose n x 3 `shape` now: so has all that goes along. Returns sentences on what cannot."""
+    lines = {other: line for line, other in worn.taken(obj) if makes_keys or shape_keys.result(other)}
+    if all(_is_shown(obj, line, other, shape) for other, line in lines.items()):
+        return []
+    why, found = "", {}
+    try:
+        for follower, others in followers(obj):
+            found.update(zip(others, follower.follow(shape), strict=True))
+    except MeanValueError as error:
+        why = str(error)
+    for other, line in lines.items():
+        state, stamp, now = _state(obj, other), _stamp(line, other), time.monotonic()
+        state.problem = why or state.problem or subject.mode_problem(other) or ""
+        if other in found and not state.problem:
+            _write(obj, other, found[other], compares=stamp != state.stamp or now > state.at + PAUSE_SECONDS)
+        state.of, state.stamp, state.at = shape, stamp, now
+    return problems(obj)
+
+
+def _write(obj, other, shape, compares):
+    model, by = object_model.of(other, READING), shape_keys.result(obj)
+    if compares:
+        model.compare(other)
+    key = shape_keys.result(other)
+    if key is None or model.written is None:
+        if key is None:
+            other.meanvalue.result_name = by.name
+        else:
+            shape_keys.keep_edit(other, shape_keys.positions(key), model.overwritten)
+        shape_keys.ensure_result_key(other)
+        key = shape_keys.result(other)
+        _drive(key, by)
+    elif np.array_equal(model.written, shape):
+        return  # it is not evaluated again
+    shape_keys.write_positions(other.data, key, shape)
+    model.wrote(shape)
+
+
+def _drive(key, by):
+    """The value of a key is that of the mesh's, 0 where it is muted."""
+    if actions.source_of(key) != (by.id_data, by.path_from_id("value")):
+        key.driver_remove("value")
+        actions.drive(key, {"value": by, "mute": by}, "value*(1-mute)")
+
+
+def write_result(obj, shape):
+    """The result of an operator, for the mesh and all that goes along. Returns notes."""
+    return [*shape_keys.write_result(obj, shape), *pose(obj, shape)]
+
+
+def group(obj):
+    """The mesh and what goes along."""
+    return [obj, *(other for _, other in worn.taken(obj))]
+
+
+def keep(obj, key):
+    """The pose is kept as `key`: in all that goes along as a key of the same name, which that drives."""
+    for other in group(obj)[1:]:
+        shape = shape_keys.result_positions(other)
+        if shape is not None:
+            made = shape_keys.add_shape(other, key.name, shape)
+            made.slider_min = key_marks.mark(Role.KEPT, made.name)
+            _drive(made, key)
+
+
+def remove_pose(*objects):
+    """Takes their result keys away, with the Basis if that was made for them."""
+    for each in objects:
+        shape_keys.remove(each, pose_key.names(each))
+        shape_keys.remove_lone_basis(each)
+
+
+def release(obj):
+    """The mesh takes nothing along any more, and none of them has a result key."""
+    for each in group(obj):
+        for name in ("result_name", "result_mark"):
+            each.meanvalue.property_unset(name)
+    obj.meanvalue.along.clear()
+    forget()

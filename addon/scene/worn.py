@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which objects go along with a mesh that is posed (`along` of its settings), and why others do not."""
+
+import functools
+
+import bpy
+import numpy as np
+
+from .. import compat
+from ..errors import MeanValueError
+from . import actions, mesh_arrays, shape_keys, subject
+from .core import motion
+from .core.point_sets import bounding_box_diagonal
+from .surface import Surface
+
+#: Of what lies on a mesh half is so near to it, as a share of the mesh's size; so many vertices tell.
+NEAR, SAMPLES = 0.2, 500
+
+#: Modifiers and parents by which an object follows another by itself.
+BY_ITSELF = {'SURFACE_DEFORM', 'MESH_DEFORM', 'BONE', 'VERTEX', 'VERTEX_3'}
+
+_carriers = {}  # {session key of what goes along: that of the mesh}, of all in the file; empty: not known
+
+
+def listed(obj):
+    """[(line of the list, its object)] of those that were not deleted."""
+    found = [(line, line.object) for line in obj.meanvalue.along if line.object is not None]
+    return [(line, other) for line, other in found if other.visible_get() or other.users_collection]
+
+
+def taken(obj):
+    """[(line, object)] of those that go along."""
+    return [(line, other) for line, other in listed(obj) if line.is_taken and problem(obj, other) is None]
+
+
+def problem(obj, other):
+    """Why `other` is left alone, in words, or None. Cheap enough for drawing."""
+    name, found = f"'{other.name}'", subject.object_problem(other) or shape_keys.absolute_problem(other)
+    itself = [each for each in (other.parent_type, *(each.type for each in other.modifiers)) if each in BY_ITSELF]
+    key = None if found else shape_keys.result(other)
+    source = key and actions.source_of(key)
+    if found:
+        return found
+    if itself:
+        return f"{name} follows by itself: {itself[0].replace('_', ' ').title()}"
+    if other.data.users - other.data.use_fake_user > 1:
+        return f"{name} shares its mesh with other objects. Make it a single user (Object > Relations)"
+    if motion.is_flat(np.array(other.matrix_world, np.float64)) or not len(other.data.vertices):
+        return f"{name} is scaled to nothing, or has no vertices. Give it a size"
+    if len(other.meanvalue.handles) or (key and (source is None or source[0] not in {None, obj.data.shape_keys})):
+        return f"{name} has handles or a pose of its own. Apply or discard these to have it go along"
+    if _carrier_key(other) not in {None, compat.session_key(obj)}:
+        return f"{name} goes along with another mesh already. Untick it there"
+    return None
+
+
+def carrier(other):
+    """The mesh object that takes `other` along, or None."""
+    key = _carrier_key(other)
+    found = None if key is None else next((each for each in bpy.data.objects if compat.session_key(each) == key), None)
+    return found if found is not None and problem(found, other) is None else None
+
+
+def let_go(other):
+    """It is to be posed by handles of its own."""
+    found = carrier(other)
+    for line in found.meanvalue.along if found is not None else ():
+        line.is_taken &= line.object != other
+
+
+def _carrier_key(other):
+    if not _carriers:
+        _carriers[None] = None
+        for obj in bpy.data.objects:
+            for line in obj.meanvalue.along if obj.type == 'MESH' else ():
+                if line.is_taken and line.object is not None:
+                    _carriers.setdefault(compat.session_key(line.object), compat.session_key(obj))
+    return _carriers.get(compat.session_key(other))
+
+
+def forget():
+    _carriers.clear()
+
+
+def find(obj):
+    """Lists children of the mesh, meshes on its armature, and selected ones that lie on it. Returns how many are new.
+    What is on the armature and does not lie on the mesh is not ticked."""
+    known, rigs = {line.object for line in obj.meanvalue.along}, _rigs(obj)
+    before, surface = len(known), functools.cache(lambda: _surface(obj))
+    for other in bpy.context.scene.objects:
+        if other.type != 'MESH' or other == obj or other in known:
+            continue
+        is_on_rig, is_child = rigs & _rigs(other), obj in _parents(other)
+        is_near = is_child or ((is_on_rig or other.select_get()) and _lies_on(obj, surface, other))
+        if is_near or is_on_rig:
+            line = obj.meanvalue.along.add()
+            line.name, line.object = other.name, other
+            line.is_taken = bool(is_near)
+            known.add(other)
+    forget()
+    return len(known) - before
+
+
+def remove_deleted(obj):
+    """Takes those off the list that a pointer alone keeps in the file."""
+    there = [other for _, other in listed(obj)]
+    for index in reversed(range(len(obj.meanvalue.along))):
+        if obj.meanvalue.along[index].object not in there:
+            obj.meanvalue.along.remove(index)
+
+
+def _parents(obj):
+    return () if obj.parent is None else (obj.parent, *_parents(obj.parent))
+
+
+def _rigs(obj):
+    return {each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object is not None}
+
+
+def to_carrier(obj, other):
+    """4 x 4 float64: from the space of `other` to that of `obj`. @throws SceneError if one is scaled to nothing."""
+    return np.linalg.inv(subject.to_world(obj)) @ subject.to_world(other)
+
+
+def _surface(obj):
+    rest = shape_keys.rest_positions(obj.data)
+    return Surface(rest, mesh_arrays.triangles(obj.data, rest))
+
+
+def _lies_on(obj, surface, other):
+    try:
+        points = shape_keys.rest_positions(other.data)
+        points = motion.apply(to_carrier(obj, other), points[:: 1 + len(points) // SAMPLES])
+        away = surface().nearest(points)[3]
+        return len(away) > 0 and np.median(away) <= NEAR * bounding_box_diagonal(surface().vertices)
+    except MeanValueError:
+        return False
