@@ -121,11 +121,13 @@ def _state(obj, other):
     return _states.setdefault((compat.session_key(obj), compat.session_key(other)), _State())
 
 
-def followers(obj):
-    """[(Follower, its objects)] of a mesh, made anew where anything is another. @throws MeanValueError."""
+def followers(obj, taken=None):
+    """[(Follower, its objects)] of a mesh, made anew where anything is another. @throws MeanValueError.
+
+    taken: as of worn.taken(), if at hand"""
     carrier, kinds = _shape(obj), {}
     size = bounding_box_diagonal(carrier.rest)
-    for line, other in worn.taken(obj):
+    for line, other in worn.taken(obj) if taken is None else taken:
         state = _state(obj, other)
         try:
             shape, state.place, state.size, state.problem = _shape(other), worn.to_carrier(obj, other), size, ""
@@ -174,13 +176,14 @@ def _stamp(line, other):
 
 
 def pose(obj, shape, makes_keys=True):
-    """The mesh has the pose n x 3 `shape` now: so has all that goes along. Returns sentences on what cannot."""
-    lines = {other: line for line, other in worn.taken(obj) if makes_keys or shape_keys.result(other)}
+    """The mesh has the pose n x 3 `shape` now: so has all that goes along, which may need keys that are not there."""
+    taken = worn.taken(obj) if len(obj.meanvalue.along) else []
+    lines = {other: line for line, other in taken if makes_keys or shape_keys.result(other)}
     if all(_is_shown(obj, line, other, shape) for other, line in lines.items()):
-        return []
+        return
     why, found = "", {}
     try:
-        for follower, others in followers(obj):
+        for follower, others in followers(obj, taken):
             found.update(zip(others, follower.follow(shape), strict=True))
     except MeanValueError as error:
         why = str(error)
@@ -190,7 +193,6 @@ def pose(obj, shape, makes_keys=True):
         if other in found and not state.problem:
             _write(obj, other, found[other], compares=stamp != state.stamp or now > state.at + PAUSE_SECONDS)
         state.of, state.stamp, state.at = shape, stamp, now
-    return problems(obj)
 
 
 def _write(obj, other, shape, compares):
@@ -221,7 +223,9 @@ def _drive(key, by):
 
 def write_result(obj, shape):
     """The result of an operator, for the mesh and all that goes along. Returns notes."""
-    return [*shape_keys.write_result(obj, shape), *pose(obj, shape)]
+    notes = shape_keys.write_result(obj, shape)
+    pose(obj, shape)
+    return [*notes, *problems(obj)]
 
 
 def group(obj):
