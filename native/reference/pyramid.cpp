@@ -7,6 +7,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/mean_value_weights.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/ring_extension.h"
@@ -136,17 +137,17 @@ Positions decode_hierarchy(const Problem& problem, const Setup& setup, Execution
     const Region region = surroundings_of_free(problem.vertices, problem.faces, setup.is_fixed, execution);
     const Index vertex_count = static_cast<Index>(region.vertices.size());
     const OneRings rings = collect_one_rings(vertex_count, region.faces, execution);
-    Hierarchy hierarchy = build_hierarchy(rings, region.positions, region.is_fixed, {}, setup.threads, execution);
+    const Hierarchy hierarchy =
+        build_hierarchy(rings, region.positions, region.is_fixed, {}, setup.threads, execution);
     Positions positions(vertex_count, 3);
     for (Index v = 0; v < vertex_count; ++v)
         positions.row(v) = setup.start.row(region.vertices[v]);
-    Splits& splits = hierarchy.levels.back().splits;
-    splits.encode(region.positions, setup.threads, execution);
-    for (Index k = 0; k < splits.size(); ++k) {
-        execution.check_every(k);
-        const Index vertex = splits.vertices[k];
-        const EncodedRing ring = splits.ring_of(k);
-        const Pyramid pyramid = encode_vertex({ring.ring, ring.valence, splits.closed[k] != 0},
+    const Splits& splits = hierarchy.levels.back().splits;
+    const Encoding encoding = encode(splits.rings, region.positions, setup.threads, execution);
+    for (const Index vertex : splits.vertices) {
+        execution.check_every(vertex);
+        const EncodedRing ring = encoding.ring_of(vertex);
+        const Pyramid pyramid = encode_vertex({ring.ring, ring.valence, splits.rings.closed[vertex] != 0},
                                               {ring.ring, ring.ring + ring.valence}, region.positions, vertex);
         positions.row(vertex) = predict(ring, positions);
         double last_length = std::numeric_limits<double>::infinity();

@@ -3,8 +3,8 @@
 #include <numeric>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/deform/binding_input.h"
 #include "meanvalue/deform/deformer.h"
-#include "meanvalue/deform/example_input.h"
 #include "meshes.h"
 #include "support.h"
 

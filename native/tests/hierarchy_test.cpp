@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
 #include "tests/support.h"
 
@@ -16,10 +17,12 @@ namespace {
 Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<char>& is_fixed, const CoarseningOptions& options,
                        int threads = 1) {
     Execution execution;
-    Hierarchy hierarchy = build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
-    for (Level& level : hierarchy.levels)
-        level.splits.encode(mesh.vertices, threads, execution);
-    return hierarchy;
+    return build_hierarchy(rings_of(mesh), mesh.vertices, is_fixed, options, threads, execution);
+}
+
+Encoding splits_of(const Level& level, const Mesh& mesh, int threads = 1) {
+    Execution execution;
+    return encode(level.splits.rings, mesh.vertices, threads, execution);
 }
 
 std::vector<char> flags_of(const Mesh& mesh, const std::vector<Index>& vertices) {
@@ -34,9 +37,9 @@ Hierarchy hierarchy_of(const Mesh& mesh, const std::vector<Index>& anchors,
 }
 
 /// Puts the removed vertices back by equation 13.
-Positions split_all(const Hierarchy& hierarchy, Positions positions, int threads = 1) {
+Positions split_all(const Hierarchy& hierarchy, const Mesh& mesh, Positions positions, int threads = 1) {
     for (auto level = hierarchy.levels.rbegin(); level != hierarchy.levels.rend(); ++level)
-        level->splits.apply(positions, threads, Execution());
+        level->splits.apply(splits_of(*level, mesh, threads), positions, threads, Execution());
     return positions;
 }
 
@@ -62,9 +65,9 @@ TEST_P(EveryKind, SplitsAndCarryingGiveBackTheShapeAndASimilarityOfIt) {
             level->splits.carry(mesh.vertices, positions, threads, Execution());
         return positions;
     };
-    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+    const Positions rebuilt = split_all(hierarchy, mesh, without_removed(hierarchy, mesh.vertices));
     EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
-    const Positions rebuilt_moved = split_all(hierarchy, without_removed(hierarchy, moved));
+    const Positions rebuilt_moved = split_all(hierarchy, mesh, without_removed(hierarchy, moved));
     EXPECT_LT(largest_distance(rebuilt_moved, moved), 1e-9 * 2.0 * mesh.diagonal());
     EXPECT_LT(largest_distance(carried(1), moved), 1e-9 * 2.0 * mesh.diagonal());
     EXPECT_EQ(carried(1), carried(3));
@@ -79,8 +82,9 @@ TEST_P(EveryKind, RingsStayBoundedStencilsRegularAndAnchorsInPlace) {
         EXPECT_EQ(std::count(hierarchy.order.begin(), hierarchy.order.end(), anchor), 0);
     const Splits& splits = hierarchy.base().splits;
     ASSERT_EQ(splits.vertices.size(), hierarchy.order.size());
-    for (Index split = 0; split < splits.size(); ++split) {
-        const EncodedRing ring = splits.ring_of(split);
+    const Encoding encoding = splits_of(hierarchy.base(), mesh);
+    for (const Index v : splits.vertices) {
+        const EncodedRing ring = encoding.ring_of(v);
         double amplification = 0.0;
         for (Index k = 0; k < ring.valence; ++k)
             amplification += std::abs(ring.weights[k]);
@@ -134,7 +138,7 @@ TEST_P(EveryKind, ThinnedOutToo) {
     const Mesh& mesh = GetParam();
     const std::vector<char> is_fixed = left_half(mesh);
     const Hierarchy hierarchy = thinned(mesh, is_fixed, mesh.vertex_count() / 16);
-    const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+    const Positions rebuilt = split_all(hierarchy, mesh, without_removed(hierarchy, mesh.vertices));
     EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
     EXPECT_LE(hierarchy.longest_ring(), 16);
     const Positions predicted = predict_all(hierarchy.base().encoding, mesh.vertices, 1, Execution());
@@ -209,7 +213,7 @@ TEST(Hierarchy, IsTheSameForAnyNumberOfThreads) {
         EXPECT_EQ(one.order, four.order);
         for (std::size_t level = 0; level < one.levels.size(); ++level) {
             EXPECT_EQ(one.levels[level].splits.vertices, four.levels[level].splits.vertices);
-            EXPECT_EQ(one.levels[level].splits.weights, four.levels[level].splits.weights);
+            EXPECT_EQ(one.levels[level].splits.rings.vertices, four.levels[level].splits.rings.vertices);
             EXPECT_EQ(one.levels[level].encoding.heights, four.levels[level].encoding.heights);
         }
     }
@@ -238,18 +242,15 @@ TEST(Hierarchy, SplitsGiveTheSameBitsInAnyOrderAndForAnyNumberOfThreads) {
     const Mesh mesh = with_noise(torus(200, 100), 0.1, 2);
     const Hierarchy hierarchy = hierarchy_of(mesh, spread_vertices(mesh, 8), {600});
     const Positions start = with_noise(mesh, 0.3, 7).vertices;
-    const Positions one = split_all(hierarchy, start, 1);
-    EXPECT_EQ(one, split_all(hierarchy, start, 2));
-    EXPECT_EQ(one, split_all(hierarchy, start, 7));
+    const Positions one = split_all(hierarchy, mesh, start, 1);
+    EXPECT_EQ(one, split_all(hierarchy, mesh, start, 2));
+    EXPECT_EQ(one, split_all(hierarchy, mesh, start, 7));
     // One by one, last removed first.
     Positions serial = start;
-    std::vector<EncodedRing> rings(mesh.vertex_count());
-    for (const Level& level : hierarchy.levels) {
-        for (Index k = 0; k < level.splits.size(); ++k)
-            rings[level.splits.vertices[k]] = level.splits.ring_of(k);
-    }
+    const Encoding fine = splits_of(hierarchy.levels[0], mesh);
+    const Encoding coarse = splits_of(hierarchy.levels[1], mesh);
     for (auto v = hierarchy.order.rbegin(); v != hierarchy.order.rend(); ++v)
-        serial.row(*v) = predict(rings[*v], serial);
+        serial.row(*v) = predict((coarse.predictable(*v) ? coarse : fine).ring_of(*v), serial);
     EXPECT_EQ(one, serial);
 }
 
@@ -302,7 +303,7 @@ TEST(Hierarchy, TakesMessyMeshes) {
         for (const Index size : {0, 20}) {
             const Hierarchy hierarchy = thinned(mesh, is_fixed, size);
             EXPECT_GT(hierarchy.order.size(), 80u);
-            const Positions rebuilt = split_all(hierarchy, without_removed(hierarchy, mesh.vertices));
+            const Positions rebuilt = split_all(hierarchy, mesh, without_removed(hierarchy, mesh.vertices));
             EXPECT_LT(largest_distance(rebuilt, mesh.vertices), 1e-9 * mesh.diagonal());
         }
     }

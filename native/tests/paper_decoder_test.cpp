@@ -51,7 +51,7 @@ TEST(PaperDecoder, RefusesPositionsWhoseEnergyOverflows) {
         region.vertices.push_back(v);
     const auto shape = encode_shape(std::move(region), 1, execution);
     const std::vector<char> is_fixed = flags(bend.mesh.vertex_count(), bend.anchors);
-    const PaperDecoder decoder(with_fixed(shape, is_fixed), 1, execution);
+    const PaperDecoder decoder({shape, is_fixed}, 1, execution);
     const auto workspace = decoder.make_workspace(execution);
     for (const double far : {1e160, 1e300}) {
         Positions positions = bend.mesh.vertices;

@@ -16,7 +16,7 @@ from ..core import bake_times, point_cache
 RUN_FRAMES = 48
 OVERLAP_FRAMES = 12
 #: Raised by one when the solver makes other shapes of the same clip.
-REVISION = 11
+REVISION = 12
 
 #: Chunks have so many frames where they fit into the memory that one may take: several runs of the solver, so that
 #: each of its threads has one. It depends on the mesh alone, so that another machine goes on with the same chunks.

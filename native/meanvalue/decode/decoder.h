@@ -117,23 +117,23 @@ class Decoder {
     const std::vector<Index>& find_order(int threads, Execution& execution);
 
     Decoder(EncodedRegion& shape, int threads)
-        : region_(std::move(shape.region)),
-          threads_(threads),
+        : threads_(threads),
           instructions_(shape.instructions),
           shape_(std::move(shape.shape)),
-          shared_encoding_(std::move(shape.encoding)),
-          encoding_(*shared_encoding_),
+          rest_(shape_->region.positions),
+          encoding_(shape_->encoding),
+          is_fixed_(std::move(shape.is_fixed)),
           elimination_order_(std::move(shape.elimination_order)),
           bind_timings_(std::move(shape.timings)) {}
 
     int threads_for(const DecodeOptions& options) const { return options.threads > 0 ? options.threads : threads_; }
 
-    Region region_;
     int threads_;
     InstructionSet instructions_;
     std::shared_ptr<const RegionShape> shape_;
-    std::shared_ptr<const Encoding> shared_encoding_;
-    const Encoding& encoding_;
+    const Positions& rest_;     // n x 3, of the region
+    const Encoding& encoding_;  // of these
+    std::vector<char> is_fixed_;
     std::shared_ptr<const std::vector<Index>> elimination_order_;
     Timings bind_timings_;
 };

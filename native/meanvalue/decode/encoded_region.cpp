@@ -28,12 +28,4 @@ std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Exec
     return shape;
 }
 
-EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed) {
-    EncodedRegion result;
-    result.shape = std::move(shape);
-    result.encoding = {result.shape, &result.shape->encoding};
-    result.region = {result.shape->region.vertices, result.shape->region.positions, {}, std::move(is_fixed)};
-    return result;
-}
-
 }  // namespace meanvalue

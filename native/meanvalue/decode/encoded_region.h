@@ -30,14 +30,12 @@ struct RegionShape {
 
 /// A region with what is fixed in it.
 struct EncodedRegion {
-    Region region;
-    std::shared_ptr<const RegionShape> shape = std::make_shared<const RegionShape>();
-    /// By the rings of the shape: its own, or that of another shape of the same mesh.
-    std::shared_ptr<const Encoding> encoding{shape, &shape->encoding};
+    std::shared_ptr<const RegionShape> shape;
+    std::vector<char> is_fixed;                              ///< n flags
     InstructionSet instructions = InstructionSet::kFastest;  ///< that it is to be solved with
-    Timings timings;                                         ///< seconds by stage
+    Timings timings = {};                                    ///< seconds by stage
     /// The order of elimination of a decoder of this shape with other fixed vertices, or nullptr: one is found.
-    std::shared_ptr<const std::vector<Index>> elimination_order;
+    std::shared_ptr<const std::vector<Index>> elimination_order = nullptr;
 };
 
 /// @param examples of the whole mesh, or none. @param size_of_point what it has where all is in one place.
@@ -45,8 +43,5 @@ struct EncodedRegion {
 std::shared_ptr<const RegionShape> encode_shape(Region region, int threads, Execution& execution,
                                                 const std::vector<SharedPositions>& examples = {},
                                                 double size_of_point = 1.0);
-
-/// @param is_fixed n flags. Cost: linear.
-EncodedRegion with_fixed(std::shared_ptr<const RegionShape> shape, std::vector<char> is_fixed);
 
 }  // namespace meanvalue

@@ -1,7 +1,6 @@
-// What a Binding says of anchors and settings, checked, in the form that decoders take.
+// What a Binding says of anchors, settings and examples, checked, in the form that decoders take.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -20,6 +19,11 @@ void require_stiffness(const Binding& binding);
 /// @param there bytes that there are. @throws TooLittleMemory where a bind of method fast with so many free
 /// vertices takes more at its peak.
 void require_memory(Index free_count, std::uint64_t there);
+
+/// @param binding with vertices and faces that were checked. @throws InvalidInput that names the example: of another
+/// mesh, not finite, of another size, inside out, the rest shape once more, or the same as another one; and for
+/// methods that know no examples.
+void require_examples(const Binding& binding);
 
 /// An anchor of a region.
 struct AnchorOfRegion {

@@ -10,7 +10,6 @@
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/decode/fast/fast_decoder.h"
-#include "meanvalue/deform/example_input.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
@@ -35,8 +34,7 @@ std::shared_ptr<Decoder> make_decoder(const Binding& binding, const BoundPart& p
     std::vector<SoftAnchor> soft = soft_anchors_among(part.anchors);
     std::vector<double> stiffness;
     if (!binding.stiffness.empty()) stiffness = picked(binding.stiffness, part.vertices());
-    EncodedRegion encoded = with_fixed(part.shape, std::move(is_fixed));
-    encoded.instructions = binding.instructions;
+    EncodedRegion encoded{part.shape, std::move(is_fixed), binding.instructions};
     if (part.decoder == nullptr)
         encoded.timings = part.shape->timings;
     else

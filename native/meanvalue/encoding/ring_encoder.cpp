@@ -14,7 +14,7 @@ constexpr double kSteepestCotangent = 20.0;
 
 }  // namespace
 
-std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence, bool as_steep) {
+std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence) {
     project(vertex, ring, valence);
     if (projected_.normal.isZero(0.0)) return kNotPredictable;
     // The predictor must give the rest position back to rounding with mean-value weights, or least-norm weights are
@@ -25,7 +25,7 @@ std::uint8_t RingEncoder::encode(Index vertex, const Index* ring, Index valence,
         flags = kLargeWeights;
         if (!(tangential_error() < kNegligible * projected_.largest_radius)) return kNotPredictable;
     }
-    if (as_steep || needs_own_normal_weights(flags)) flags |= kSteepEdge;
+    if (needs_own_normal_weights(flags)) flags |= kSteepEdge;
     fill_heights(flags);
     return flags;
 }

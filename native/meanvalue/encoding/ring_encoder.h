@@ -16,9 +16,9 @@ class RingEncoder {
     /// @param positions n x 3; must outlive the encoder.
     explicit RingEncoder(const PositionsView& positions) : positions_(positions) {}
 
-    /// @param ring spans a plane (spans_a_plane()). @param as_steep whether it is or not: another shape's is.
+    /// @param ring spans a plane (spans_a_plane()).
     /// @return GuardReason flags; where kNotPredictable is among them, the coefficients mean nothing.
-    std::uint8_t encode(Index vertex, const Index* ring, Index valence, bool as_steep = false);
+    std::uint8_t encode(Index vertex, const Index* ring, Index valence);
 
     const std::vector<double>& weights() const { return weights_; }        ///< w_ij
     const std::vector<double>& cotangents() const { return cotangents_; }  ///< b_ij

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "meanvalue/common/elementary.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/projection_plane.h"
 
@@ -29,10 +30,7 @@ Vector3 plane_normal(const PositionsView& positions, const std::vector<Index>& p
 }
 
 std::vector<Index> sorted_by_angle(const PositionsView& positions, const std::vector<Index>& points) {
-    Vector3 centroid = Vector3::Zero();
-    for (const Index v : points)
-        centroid += Vector3(positions.row(v));
-    centroid /= static_cast<double>(points.size());
+    const Vector3 centroid = mean_row(positions(points, Eigen::all));
     const Vector3 normal = plane_normal(positions, points, centroid);
     const Vector3 axis_u = normal.unitOrthogonal();
     const Vector3 axis_v = normal.cross(axis_u);

@@ -33,8 +33,7 @@ ExampleSpace::ExampleSpace(const Encoding& rest, const SurfaceFunctions& functio
       cells_(rest_cells(rest_, positions, threads, execution)),
       cell_weights_(rest_.ring.size()),
       differences_(rest_.ring.size() * count_),
-      softening_(rest_.softening.size() * count_),
-      steep_weights_(rest_.steep_weights.size() * count_) {
+      softening_(rest_.softening.size() * count_) {
     parallel_for(rest_.vertex_count(), threads, execution, [&](Index begin, Index end) {
         std::vector<Spoke> spokes;
         for (Index v = begin; v < end; ++v) {
@@ -80,12 +79,11 @@ void ExampleSpace::measure(std::size_t example, const PositionsView& shape, int 
     });
 }
 
-/// Where the example can't be encoded as the rest shape is, it has no difference.
+/// Where the example can't be encoded as the rest shape is, or both are steep, it has no difference.
 void ExampleSpace::measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder) {
     const EncodedRing ring = rest_.ring_of(vertex);
-    const bool is_steep = ring.normal_weights != nullptr;
-    const std::uint8_t flags = encoder.encode(vertex, ring.ring, ring.valence, is_steep);
-    if ((flags & kNotPredictable) != 0 || ((flags & kSteepEdge) != 0) != is_steep) return;
+    const std::uint8_t flags = encoder.encode(vertex, ring.ring, ring.valence);
+    if ((flags & (kNotPredictable | kSteepEdge)) != 0 || ring.normal_weights != nullptr) return;
     const auto first = static_cast<std::size_t>(rest_.ring_offsets[vertex]);
     for (Index k = 0; k < ring.valence; ++k) {
         Difference& difference = differences_[(first + k) * count_ + example];
@@ -94,12 +92,6 @@ void ExampleSpace::measure_encoding(std::size_t example, Index vertex, RingEncod
     }
     softening_[static_cast<std::size_t>(vertex) * count_ + example] =
         static_cast<float>(encoder.softening() - ring.softening);
-    if (!is_steep) return;
-    const std::vector<double> steep = encoder.steep_weights();
-    const auto first_steep = static_cast<std::size_t>(rest_.steep_offset[vertex]);
-    for (Index k = 0; k < ring.valence; ++k) {
-        steep_weights_[(first_steep + k) * count_ + example] = static_cast<float>(steep[k] - ring.normal_weights[k]);
-    }
 }
 
 void ExampleSpace::factorise(const Execution& execution) {
@@ -187,15 +179,7 @@ void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execu
         for (Index v = begin; v < end; ++v) {
             if (!rest_.predictable(v)) continue;
             find_shares(v, weights, shares);
-            const auto sum = [&](const float* differences) {
-                double result = 0.0;
-                for (Index e = 0; e < count_; ++e)
-                    result += shares[e] * differences[e];
-                return result;
-            };
-            const Index first = rest_.ring_offsets[v];
-            const Index last = rest_.ring_offsets[v + 1];
-            for (Index half_edge = first; half_edge < last; ++half_edge) {
+            for (Index half_edge = rest_.ring_offsets[v]; half_edge < rest_.ring_offsets[v + 1]; ++half_edge) {
                 const Difference* const of = differences_of(half_edge);
                 Vector3 edge = cells_.edges[half_edge];
                 double weight = rest_.weights[half_edge];
@@ -209,12 +193,10 @@ void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execu
                 encoding.weights[half_edge] = weight;
                 encoding.heights[half_edge] = height;
             }
-            encoding.softening[v] =
-                std::max(0.0, rest_.softening[v] + sum(softening_.data() + static_cast<std::size_t>(v) * count_));
-            const Index steep = rest_.steep_offset[v];
-            for (Index k = steep; steep >= 0 && k < steep + last - first; ++k)
-                encoding.steep_weights[k] =
-                    rest_.steep_weights[k] + sum(steep_weights_.data() + static_cast<std::size_t>(k) * count_);
+            double softening = rest_.softening[v];
+            for (Index e = 0; e < count_; ++e)
+                softening += shares[e] * softening_[static_cast<std::size_t>(v) * count_ + e];
+            encoding.softening[v] = std::max(0.0, softening);
         }
     });
 }

@@ -1,7 +1,6 @@
 // Shapes that a mesh is known to take: how they bend each cell, and which blend of them a given shape is most like.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "meanvalue/common/execution.h"
@@ -62,7 +61,6 @@ class ExampleSpace {
     std::vector<double> cell_weights_;     // |ring|: what each edge counts
     std::vector<Difference> differences_;  // |ring| x e
     std::vector<float> softening_;         // n x e: differences
-    std::vector<float> steep_weights_;     // |steep_weights| x e: differences
     std::vector<Index> sample_;            // the vertices that weights are fitted to
     // Of the normal matrix of all weights, (functions x e)^2. By LLT its bits would be the processor's.
     Eigen::LDLT<Eigen::MatrixXd> factor_;

@@ -37,7 +37,7 @@ class Coarsening {
 
     Index remaining() const { return remaining_; }  ///< free vertices
     OneRings present_rings() const { return mesh_.present_rings(execution_); }
-    Splits take_splits() { return recorder_.take(threads_, execution_); }
+    Splits take_splits() { return recorder_.take(execution_); }
     const std::vector<SoftMerge>& soft_merges() const { return soft_merges_; }
 
   private:

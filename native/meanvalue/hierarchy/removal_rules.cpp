@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "meanvalue/common/mean_row.h"
+
 namespace meanvalue {
 namespace {
 
@@ -29,10 +31,7 @@ void choose_extremes(const std::vector<Index>& part, const PositionsView& positi
             stays[v] = 1;
         return;
     }
-    Vector3 middle = Vector3::Zero();
-    for (const Index v : part)
-        middle += Vector3(positions.row(v));
-    middle /= static_cast<double>(part.size());
+    const Vector3 middle = mean_row(positions(part, Eigen::all));
     const auto from = [](const Vector3& place) {
         return [&place](const Vector3& p) { return (p - place).squaredNorm(); };
     };

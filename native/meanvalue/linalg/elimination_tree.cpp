@@ -1,6 +1,5 @@
 #include "meanvalue/linalg/elimination_tree.h"
 
-#include <algorithm>
 #include <numeric>
 #include <utility>
 

@@ -14,8 +14,8 @@ constexpr Index kStrip = 4;  // columns that are worked on together
 /// Rows of a block that are in registers at once: all of it, or a third where registers are of two numbers.
 struct WideRows {
     using Vector = double __attribute__((vector_size(32)));
-    [[maybe_unused]] static constexpr int kVectors = 3;
-    [[maybe_unused]] static constexpr int kLanes = 4;
+    static constexpr int kVectors = 3;
+    static constexpr int kLanes = 4;
 };
 struct NarrowRows {
     using Vector = double __attribute__((vector_size(16)));
@@ -182,27 +182,12 @@ MEANVALUE_INLINE void update_rest(const FrontShape& shape, const double* panel, 
     }
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2,fma"))) bool factor_top_avx2(const FrontShape& shape, double* panel,
-                                                         double* reciprocals) {
-    return factor_top<WideRows>(shape, panel, reciprocals);
-}
-__attribute__((target("avx2,fma"))) void solve_below_avx2(const FrontShape& shape, double* panel,
-                                                          const double* reciprocals, Index begin, Index end) {
-    solve_below<WideRows>(shape, panel, reciprocals, begin, end);
-}
-__attribute__((target("avx2,fma"))) void update_rest_avx2(const FrontShape& shape, const double* panel, double* rest,
-                                                          Index begin, Index end) {
-    update_rest<WideRows>(shape, panel, rest, begin, end);
-}
-#endif
-
 }  // namespace
 
-FrontKernels front_kernels([[maybe_unused]] InstructionSet instructions) {
-#if defined(__x86_64__)
-    if (use_avx2_and_fma(instructions)) return {factor_top_avx2, solve_below_avx2, update_rest_avx2};
-#endif
+FrontKernels front_kernels(InstructionSet instructions) {
+    if (use_avx2_and_fma(instructions))
+        return {WithAvx2<factor_top<WideRows>>::call, WithAvx2<solve_below<WideRows>>::call,
+                WithAvx2<update_rest<WideRows>>::call};
     return {factor_top<NarrowRows>, solve_below<NarrowRows>, update_rest<NarrowRows>};
 }
 

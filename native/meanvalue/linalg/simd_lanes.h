@@ -14,6 +14,11 @@
 
 #define MEANVALUE_INLINE inline __attribute__((always_inline))
 #define MEANVALUE_INLINE_LAMBDA __attribute__((always_inline))
+#if defined(__x86_64__)
+#define MEANVALUE_AVX2 __attribute__((target("avx2,fma")))
+#else
+#define MEANVALUE_AVX2  // never called
+#endif
 
 // Nothing here is ever called, so that it does not matter how its arguments would be passed.
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -34,6 +39,14 @@ MEANVALUE_INLINE auto with_constant(Index count, const Action& action) {
             return action(std::integral_constant<Index, 4>());
     }
 }
+
+/// A kernel that is always inlined, made of the instructions of AVX2 and FMA: WithAvx2<kernel>::call.
+template <auto kKernel>
+struct WithAvx2;
+template <typename Result, typename... Arguments, Result (*kKernel)(Arguments...)>
+struct WithAvx2<kKernel> {
+    MEANVALUE_AVX2 static Result call(Arguments... arguments) { return kKernel(arguments...); }
+};
 
 constexpr int kLaneCount = 4;
 using Lane = double __attribute__((vector_size(32), may_alias));

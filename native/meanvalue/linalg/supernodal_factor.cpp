@@ -53,14 +53,6 @@ void pack(const FrontShape& shape, const double* panel, Lanes<Number>* values) {
             for (Index r = first; r < behind; ++r)
                 places[r - row] = shape.place(r);
             const double* from = panel + std::int64_t{column} * kBlockRows;
-            // Mostly the rows are next to one another in the panel, too.
-            if (behind - first == kPerBlock && places[kPerBlock - 1] == places[0] + kPerBlock - 1) {
-                for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
-                    for (Index lane = 0; lane < kPerBlock; ++lane)
-                        values->value[lane] = static_cast<Number>(from[places[0] + lane]);
-                }
-                continue;
-            }
             for (Index c = column; c < end; ++c, ++values, from += kBlockRows) {
                 *values = {};
                 for (Index lane = first - row; lane < behind - row; ++lane)

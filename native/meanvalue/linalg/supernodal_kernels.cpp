@@ -204,26 +204,11 @@ MEANVALUE_INLINE void backward(const Supernode& node, const Lanes<Number>* value
     }
 }
 
-#if defined(__x86_64__)
-template <typename Number>
-__attribute__((target("avx2,fma"))) void forward_avx2(const Supernode& node, const Lanes<Number>* values,
-                                                      const Index* below, Lanes<Number>* scratch, Number* work) {
-    forward(node, values, below, scratch, work);
-}
-template <typename Number>
-__attribute__((target("avx2,fma"))) void backward_avx2(const Supernode& node, const Lanes<Number>* values,
-                                                       const Index* below, Lanes<Number>* scratch, Number* work) {
-    backward(node, values, below, scratch, work);
-}
-#endif
-
 }  // namespace
 
 template <typename Number>
-SupernodeKernels<Number> supernode_kernels([[maybe_unused]] InstructionSet instructions) {
-#if defined(__x86_64__)
-    if (use_avx2_and_fma(instructions)) return {forward_avx2<Number>, backward_avx2<Number>};
-#endif
+SupernodeKernels<Number> supernode_kernels(InstructionSet instructions) {
+    if (use_avx2_and_fma(instructions)) return {WithAvx2<forward<Number>>::call, WithAvx2<backward<Number>>::call};
     return {forward<Number>, backward<Number>};
 }
 

@@ -208,6 +208,13 @@ void require_triangles(Index vertex_count, const TrianglesView& faces) {
     }
 }
 
+void OneRings::reserve(Index vertex_count) {
+    offsets.reserve(vertex_count + 1);
+    kinds.reserve(vertex_count);
+    closed.reserve(vertex_count);
+    vertices.reserve(std::size_t{6} * vertex_count);
+}
+
 void OneRings::append(const Index* begin, const Index* end, RingKind kind, bool is_closed) {
     kinds.push_back(kind);
     closed.push_back(is_closed ? 1 : 0);
@@ -220,10 +227,7 @@ OneRings collect_one_rings(Index vertex_count, const TrianglesView& faces, const
     Connectivity mesh;
     OneRings rings;
     rings.detached_triangle_count = mesh.add(vertex_count, faces, execution);
-    rings.offsets.reserve(vertex_count + 1);
-    rings.kinds.reserve(vertex_count);
-    rings.closed.reserve(vertex_count);
-    rings.vertices.reserve(vertex_count * 6);
+    rings.reserve(vertex_count);
     std::vector<Fan> fans;
     for (Index v = 0; v < vertex_count; ++v) {
         execution.check_every(v);

@@ -31,6 +31,8 @@ struct OneRings {
     Index triangle_count(Index vertex) const {
         return closed[vertex] || valence(vertex) == 0 ? valence(vertex) : valence(vertex) - 1;
     }
+    /// Takes memory for so many vertices of a usual mesh: six neighbors on average, as edges are three times as many.
+    void reserve(Index vertex_count);
     /// Adds the ring of the next vertex.
     void append(const Index* begin, const Index* end, RingKind kind, bool is_closed);
     const Index* begin(Index vertex) const { return vertices.data() + offsets[vertex]; }

@@ -94,9 +94,7 @@ void RingMesh::erase(Index vertex, Index neighbour) {
 
 OneRings RingMesh::present_rings(const Execution& execution) const {
     OneRings rings;
-    rings.offsets.reserve(heads_.size() + 1);
-    rings.kinds.reserve(heads_.size());
-    rings.closed.reserve(heads_.size());
+    rings.reserve(vertex_count());
     execution.check();
     for (Index v = 0; v < vertex_count(); ++v) {
         const RingView around = ring(v);

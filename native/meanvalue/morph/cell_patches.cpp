@@ -125,11 +125,6 @@ Quaternion CellPatches::mean_rotation(Index vertex, const Quaternion* rotations,
 std::vector<double> CellPatches::mean_weights(const ShapeWeights& weights) const {
     const auto shape_count = static_cast<std::size_t>(weights.shape_count());
     std::vector<double> result(sizes.size() * shape_count, 0.0);
-    if (weights.is_uniform()) {
-        for (std::size_t k = 0; k < result.size(); ++k)
-            result[k] = weights.of(0)[k % shape_count];
-        return result;
-    }
     for (std::size_t v = 0; v < of.size(); ++v) {
         if (of[v] < 0) continue;
         for (std::size_t k = 0; k < shape_count; ++k)

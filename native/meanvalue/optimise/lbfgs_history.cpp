@@ -24,63 +24,47 @@ double dot(const float* a, const Number* b, std::int64_t count) {
     return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-/// Vectors of 3 n numbers, changed and multiplied in one go through memory.
-class RunningVector {
-  public:
-    /// A thread is worth its waking for some pieces of each go.
-    RunningVector(Positions& vector, int threads, const Execution& execution)
-        : vector_(vector),
-          threads_(std::clamp(static_cast<int>(piece_count(static_cast<Index>(vector.rows()))) / 4, 1, threads)),
-          execution_(execution) {}
-
-    /// To be added before the next product.
-    void add_later(double factor, const std::vector<float>& other) {
-        factor_ = factor;
-        other_ = &other;
-    }
-
-    /// What is to be added is, then the product with `by` is taken, if any.
-    double multiply(const std::vector<float>* by) {
-        const auto rows = static_cast<Index>(vector_.rows());
-        std::vector<double> sums(piece_count(rows), 0.0);
-        parallel_pieces(rows, threads_, execution_, [&](Index piece, Index begin, Index end) {
-            const std::int64_t first = std::int64_t{3} * begin;
-            const std::int64_t count = std::int64_t{3} * (end - begin);
-            double* const numbers = vector_.data() + first;
-            for (std::int64_t k = 0; other_ != nullptr && k < count; ++k)
-                numbers[k] += factor_ * static_cast<double>((*other_)[first + k]);
-            if (by != nullptr) sums[piece] = dot(by->data() + first, numbers, count);
-        });
-        other_ = nullptr;
-        return std::accumulate(sums.begin(), sums.end(), 0.0);
-    }
-
-  private:
-    Positions& vector_;
-    int threads_;
-    const Execution& execution_;
-    double factor_ = 0.0;
-    const std::vector<float>* other_ = nullptr;
-};
+/// Adds factor * other to a vector, then multiplies it with `by`, where there are any: in one go through memory.
+double add_and_multiply(Positions& vector, double factor, const std::vector<float>* other,
+                        const std::vector<float>* by, int threads, const Execution& execution) {
+    const auto rows = static_cast<Index>(vector.rows());
+    const Index pieces = piece_count(rows);
+    const int workers = std::clamp(pieces / 4, 1, threads);  // a thread is worth its waking for some pieces
+    std::vector<double> sums(pieces, 0.0);
+    parallel_pieces(rows, workers, execution, [&](Index piece, Index begin, Index end) {
+        const std::int64_t first = std::int64_t{3} * begin;
+        const std::int64_t count = std::int64_t{3} * (end - begin);
+        double* const numbers = vector.data() + first;
+        for (std::int64_t k = 0; other != nullptr && k < count; ++k)
+            numbers[k] += factor * static_cast<double>((*other)[first + k]);
+        if (by != nullptr) sums[piece] = dot(by->data() + first, numbers, count);
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
 
 }  // namespace
 
 void LbfgsHistory::find_direction(const Positions& gradient, const Preconditioner& preconditioner, int threads,
                                   const Execution& execution, Positions& direction) const {
     direction = -gradient;
-    RunningVector running(direction, threads, execution);
+    double factor = 0.0;
+    const std::vector<float>* other = nullptr;  // to be added before the next product
+    const auto multiply = [&](const std::vector<float>* by) {
+        return add_and_multiply(direction, factor, std::exchange(other, nullptr), by, threads, execution);
+    };
     std::vector<double> shares(pairs_.size());
     for (std::size_t k = pairs_.size(); k-- > 0;) {
-        shares[k] = running.multiply(&pairs_[k].step) / pairs_[k].curvature;
-        running.add_later(-shares[k], pairs_[k].change);
+        shares[k] = multiply(&pairs_[k].step) / pairs_[k].curvature;
+        factor = -shares[k];
+        other = &pairs_[k].change;
     }
-    running.multiply(nullptr);
+    multiply(nullptr);
     preconditioner.solve(direction, direction, threads, execution);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
-        const double along = running.multiply(&pairs_[k].change) / pairs_[k].curvature;
-        running.add_later(shares[k] - along, pairs_[k].step);
+        factor = shares[k] - multiply(&pairs_[k].change) / pairs_[k].curvature;
+        other = &pairs_[k].step;
     }
-    running.multiply(nullptr);
+    multiply(nullptr);
 }
 
 void LbfgsHistory::remember(double length, const Positions& direction, const Positions& gradient,

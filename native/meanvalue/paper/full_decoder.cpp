@@ -13,11 +13,11 @@ std::size_t FullDecoder::bytes() const {
 }
 
 FullDecoder::FullDecoder(EncodedRegion shape, int threads, Execution& execution)
-    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)), analysed_(instructions_) {
+    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(rest_)), analysed_(instructions_) {
     const std::vector<Index>& order = find_order(threads_, execution);
     execution.begin_stage("analyse");
     const StageTimer timer(bind_timings_, "analyse");
-    unknowns_ = find_unknowns(encoding_, region_.is_fixed);
+    unknowns_ = find_unknowns(encoding_, is_fixed_);
     if (unknowns_.free.empty()) return;
     std::vector<Index> columns;
     for (const Index number : numbers_in_order(order, unknowns_)) {
@@ -46,7 +46,7 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& /*work
 void FullDecoder::choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
                                Execution& execution) const {
     if (unknowns_.free.empty()) return;
-    Positions carried = carry_along(region_.positions, positions, region_.is_fixed);
+    Positions carried = carry_along(rest_, positions, is_fixed_);
     Positions fixed_moves = positions - carried;
     for (const Index v : unknowns_.free) {
         fixed_moves.row(v).setZero();

@@ -30,20 +30,20 @@ std::string describe_end(const DecodeReport& base, const DecodeReport& coarse) {
 }  // namespace
 
 PaperDecoder::PaperDecoder(EncodedRegion shape, int threads, Execution& execution)
-    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(region_.positions)) {
-    fine_ = find_unknowns(encoding_, region_.is_fixed);
+    : Decoder(shape, threads), diagonal_(bounding_box_diagonal(rest_)) {
+    fine_ = find_unknowns(encoding_, is_fixed_);
     const StageTimer timer(bind_timings_, "hierarchy");
     CoarseningOptions coarsening;
     coarsening.level_sizes = {static_cast<Index>(std::ceil(kCoarseShare * static_cast<double>(fine_.free.size())))};
-    hierarchy_ = build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, coarsening, threads_, execution);
-    for (Level& level : hierarchy_.levels)
-        level.splits.encode(region_.positions, threads_, execution);
+    hierarchy_ = build_hierarchy(shape_->rings, rest_, is_fixed_, coarsening, threads_, execution);
+    for (const Level& level : hierarchy_.levels)
+        splits_.push_back(encode(level.splits.rings, rest_, threads_, execution));
     coarse_unknowns_ = unknowns_of(hierarchy_.levels.front());
     base_unknowns_ = unknowns_of(hierarchy_.base());
 }
 
 Unknowns PaperDecoder::unknowns_of(const Level& level) const {
-    std::vector<char> is_fixed = region_.is_fixed;
+    std::vector<char> is_fixed = is_fixed_;
     for (std::size_t k = 0; k < level.removed_count; ++k)
         is_fixed[hierarchy_.order[k]] = 1;
     return find_unknowns(level.encoding, is_fixed);
@@ -64,7 +64,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& /*wor
     {
         const StageTimer timer(report.timings, "split");
         for (std::size_t level = hierarchy_.levels.size() - 1; level > 0; --level)
-            hierarchy_.levels[level].splits.apply(positions, threads, execution);
+            hierarchy_.levels[level].splits.apply(splits_[level], positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "optimise");
@@ -77,7 +77,7 @@ DecodeReport PaperDecoder::decode(const DecodeOptions& options, Workspace& /*wor
     }
     {
         const StageTimer timer(report.timings, "split");
-        hierarchy_.levels.front().splits.apply(positions, threads, execution);
+        hierarchy_.levels.front().splits.apply(splits_.front(), positions, threads, execution);
     }
     {
         const StageTimer timer(report.timings, "relax");
@@ -103,7 +103,7 @@ DecodeReport PaperDecoder::solve_base(int threads, Positions& positions, Executi
     // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
     // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
     // Where the base mesh has no residuals at all, what follows the anchors is taken.
-    const Positions all_carried = carry_along(region_.positions, positions, region_.is_fixed);
+    const Positions all_carried = carry_along(rest_, positions, is_fixed_);
     Positions carried = positions;
     for (const Index v : base_unknowns_.free)
         carried.row(v) = all_carried.row(v);

@@ -44,6 +44,7 @@ class PaperDecoder : public Decoder {
     double diagonal_;
     Unknowns fine_;
     Hierarchy hierarchy_;
+    std::vector<Encoding> splits_;  // of each of its levels
     Unknowns coarse_unknowns_;
     Unknowns base_unknowns_;
 };

@@ -1,7 +1,6 @@
 // Where a shape snaps from one frame to the next, and how that is spread over some frames.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "meanvalue/common/execution.h"

@@ -6,12 +6,18 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/decode/fast/energy_kernels.h"
-#include "meanvalue/decode/fast/hessian_springs.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
+
+/// A spoke of a row that resists by more than the smooth part of its prediction: see hessian_springs().
+struct HessianSpring {
+    Index row;
+    Index place;  ///< in the ring
+    double stiffness;
+};
 
 /// Consecutive rows, and the vertices that they depend on, its points: numbered from 0 in each block, and few enough
 /// to stay in the cache while rows read their positions and add to their gradients.
@@ -43,6 +49,12 @@ struct EnergyBlocks {
                 steep_lanes.data()};
     }
 };
+
+/// By row, then by place. @param cells at rest, of the encoding; @param bending a_i of each row.
+/// The same for any number of threads. @throws Cancelled. Cost: linear.
+std::vector<HessianSpring> hessian_springs(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
+                                           const std::vector<double>& bending, int threads,
+                                           const Execution& execution);
 
 /// @param cells of the encoding; @param size D, in the same units.
 /// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are

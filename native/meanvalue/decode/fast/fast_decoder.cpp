@@ -37,23 +37,22 @@ double strength_beside(const std::vector<double>& stiffness) {
 
 FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, const std::vector<Index>& handles,
                          double rigidity, std::vector<double> stiffness, int threads, Execution& execution)
-    : Decoder(shape, threads), problem_{region_, region_.is_fixed, rigidity, shape_->size, std::move(soft)} {
+    : Decoder(shape, threads), problem_{rest_, is_fixed_, is_fixed_, rigidity, shape_->size, std::move(soft)} {
     const double stronger = problem_.soft.empty() ? 1.0 : strength_beside(stiffness);
     for (SoftAnchor& anchor : problem_.soft)
         anchor.strength *= stronger;
     problem_.stiffness = std::move(stiffness);
     std::sort(problem_.soft.begin(), problem_.soft.end(),
               [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
-    std::vector<char> is_soft(problem_.soft.empty() ? 0 : region_.is_fixed.size(), 0);
-    if (!problem_.soft.empty()) problem_.carrying.assign(region_.is_fixed.size(), 1.0);
+    std::vector<char> is_soft(problem_.soft.empty() ? 0 : is_fixed_.size(), 0);
+    if (!problem_.soft.empty()) problem_.carrying.assign(is_fixed_.size(), 1.0);
     for (const SoftAnchor& anchor : problem_.soft) {
         is_soft[anchor.vertex] = problem_.is_anchor[anchor.vertex] = 1;
         problem_.carrying[anchor.vertex] = hardness_of(anchor.strength);
     }
-    problem_.handles =
-        std::make_shared<HandlePaths>(encoding_, region_.positions, problem_.is_anchor, handles, problem_.size);
-    unknowns_ = find_unknowns(encoding_, region_.is_fixed);
-    cells_ = rest_cells(encoding_, region_.positions, threads_, execution);
+    problem_.handles = std::make_shared<HandlePaths>(encoding_, rest_, problem_.is_anchor, handles, problem_.size);
+    unknowns_ = find_unknowns(encoding_, is_fixed_);
+    cells_ = rest_cells(encoding_, rest_, threads_, execution);
     if (!problem_.soft.empty()) unit_ = energy_unit(encoding_, unknowns_, cells_);
     const auto free_count = static_cast<double>(unknowns_.free.size());
     if (free_count <= 2.0 * kCoarse) return;
@@ -62,15 +61,12 @@ FastDecoder::FastDecoder(EncodedRegion shape, std::vector<SoftAnchor> soft, cons
     problem_.levels = {make_coarse_level(problem_.hierarchy->base(), from_stiff(), execution)};
 }
 
-FastDecoder::FastDecoder(EncodedRegion shape, const FastProblem& whole, int threads)
-    : Decoder(shape, threads), problem_{region_,       whole.is_anchor, whole.rigidity,  whole.size,
-                                        whole.soft,    whole.carrying,  whole.stiffness, whole.hierarchy,
-                                        whole.handles, nullptr,         whole.levels} {}
+FastDecoder::FastDecoder(EncodedRegion shape, FastProblem whole, int threads)
+    : Decoder(shape, threads), problem_(std::move(whole)) {}
 
 std::unique_ptr<const Decoder> FastDecoder::early() const {
     if (problem_.levels.empty()) return nullptr;
-    EncodedRegion shape{region_, shape_, shared_encoding_, instructions_, {}, {}};
-    return std::unique_ptr<const Decoder>(new FastDecoder(std::move(shape), problem_, threads_));
+    return std::unique_ptr<const Decoder>(new FastDecoder({shape_, is_fixed_, instructions_}, problem_, threads_));
 }
 
 void FastDecoder::finish(Execution& execution) {
@@ -102,10 +98,10 @@ void FastDecoder::find_driving_handles() {
     const FastLevel& level = *problem_.levels.front();
     if (level.stages.empty()) return;
     std::vector<Index> vertices = level.stages.back().coupling.vertices;
-    for (const SoftAnchor& anchor : level.energy->soft_constraints().anchors())
-        vertices.push_back(anchor.vertex);
-    problem_.driving = std::make_unique<DrivingHandles>(region_.positions(vertices, Eigen::all),
-                                                        problem_.handles->pieces_of(vertices));
+    const std::vector<Index>& soft = level.energy->soft_constraints().vertices();
+    vertices.insert(vertices.end(), soft.begin(), soft.end());
+    problem_.driving =
+        std::make_shared<DrivingHandles>(rest_(vertices, Eigen::all), problem_.handles->pieces_of(vertices));
 }
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,
@@ -120,21 +116,21 @@ void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> i
     options.handles = handles;
     options.is_soft = std::move(is_soft);
     problem_.hierarchy = std::make_shared<const Hierarchy>(
-        build_hierarchy(shape_->rings, region_.positions, region_.is_fixed, options, threads_, execution));
+        build_hierarchy(shape_->rings, rest_, is_fixed_, options, threads_, execution));
 }
 
 std::shared_ptr<const FastLevel> FastDecoder::make_coarse_level(const Level& level,
                                                                 const std::vector<double>& rigidities,
                                                                 Execution& execution) const {
-    RestCells cells = rest_cells(level.encoding, region_.positions, threads_, execution);
-    std::vector<char> is_fixed = region_.is_fixed;
+    RestCells cells = rest_cells(level.encoding, rest_, threads_, execution);
+    std::vector<char> is_fixed = is_fixed_;
     for (std::size_t k = 0; k < level.removed_count; ++k)
         is_fixed[problem_.hierarchy->order[k]] = 1;
     Unknowns remaining = find_unknowns(level.encoding, is_fixed);
     std::vector<SoftAnchor> soft;
     if (!problem_.soft.empty()) {
         const double scale = energy_unit(level.encoding, remaining, cells) / unit_;
-        soft = coarse_soft_anchors(problem_.soft, *problem_.hierarchy, level, region_.is_fixed.size(), scale);
+        soft = coarse_soft_anchors(problem_.soft, *problem_.hierarchy, level, is_fixed_.size(), scale);
     }
     return make_level(level.encoding, std::move(cells), std::move(remaining), std::move(soft), rigidities, threads_,
                       execution);
@@ -148,10 +144,10 @@ std::shared_ptr<const FastLevel> FastDecoder::make_level(const Encoding& encodin
     auto level = std::make_shared<FastLevel>();
     level->encoding = &encoding;
     if (shape_->examples) {
-        level->examples =
-            is_whole ? std::shared_ptr<const ExampleSpace>(shape_, &shape_->examples->whole)
-                     : std::make_shared<const ExampleSpace>(encoding, shape_->examples->functions, region_.positions,
-                                                            shape_->examples->shapes, threads, execution);
+        level->examples = is_whole
+                              ? std::shared_ptr<const ExampleSpace>(shape_, &shape_->examples->whole)
+                              : std::make_shared<const ExampleSpace>(encoding, shape_->examples->functions, rest_,
+                                                                     shape_->examples->shapes, threads, execution);
     }
     level->unknowns = std::move(unknowns);
     level->energy = std::make_unique<DeformationEnergy>(
@@ -213,7 +209,7 @@ DecodeReport FastDecoder::decode(const DecodeOptions& options, Workspace& worksp
         FastSolve(problem_, fast_workspace, own_options, threads_for(options), execution).run(positions);
     const StageTimer timer(report.timings, "split");
     for (std::size_t level = unbound; level-- > 0;)
-        coarse[level].splits.carry(region_.positions, positions, threads_for(options), execution);
+        coarse[level].splits.carry(rest_, positions, threads_for(options), execution);
     return report;
 }
 

@@ -35,7 +35,7 @@ class FastDecoder : public Decoder {
 
   private:
     /// An early one: it has the coarsest level of `whole` alone.
-    FastDecoder(EncodedRegion shape, const FastProblem& whole, int threads);
+    FastDecoder(EncodedRegion shape, FastProblem whole, int threads);
 
     void find_driving_handles();
     /// Finds the hierarchy. @param handles, is_soft see CoarseningOptions.

@@ -36,7 +36,8 @@ struct FastLevel {
 Positions drivers_of(const FastLevel& level, const Positions& positions, const Positions& soft);
 
 struct FastProblem {
-    const Region& region;
+    const Positions& rest;        ///< of the region, n x 3
+    std::vector<char> is_fixed;   ///< n flags
     std::vector<char> is_anchor;  ///< n flags: fixed vertices and soft anchors
     double rigidity = 0.0;
     double size = 0.0;
@@ -47,7 +48,7 @@ struct FastProblem {
     /// Its levels are `levels` from the second on; empty where the mesh is small.
     std::shared_ptr<const Hierarchy> hierarchy = std::make_shared<const Hierarchy>();
     std::shared_ptr<const HandlePaths> handles;
-    std::unique_ptr<const DrivingHandles> driving;  ///< none where nothing is free
+    std::shared_ptr<const DrivingHandles> driving;  ///< none where nothing is free
     /// The whole mesh first, the coarsest last; of an early one the coarsest alone.
     std::vector<std::shared_ptr<const FastLevel>> levels;
 };

@@ -184,16 +184,16 @@ void FastSolve::set_soft_targets() {
         if (std::count(work.soft_weights.begin(), work.soft_weights.end(), 1.0) == count) work.soft_weights.clear();
     }
     if (options_.weights != nullptr)
-        pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : problem_.region.positions);
+        pull_free_anchors_to(options_.previous != nullptr ? *options_.previous : problem_.rest);
 }
 
 /// Puts the targets of anchors that count nothing to where these are.
 void FastSolve::pull_free_anchors_to(const Positions& positions) {
     for (std::size_t number = 0; number < problem_.levels.size(); ++number) {
-        const std::vector<SoftAnchor>& anchors = problem_.levels[number]->energy->soft_constraints().anchors();
+        const std::vector<Index>& vertices = problem_.levels[number]->energy->soft_constraints().vertices();
         DeformationEnergy::Workspace& work = work_.levels[number].energy;
         for (std::size_t k = 0; k < work.soft_weights.size(); ++k) {
-            if (work.soft_weights[k] == 0.0) work.soft_targets.row(k) = positions.row(anchors[k].vertex);
+            if (work.soft_weights[k] == 0.0) work.soft_targets.row(k) = positions.row(vertices[k]);
         }
     }
 }
@@ -205,7 +205,7 @@ void FastSolve::place_along(const HandlePaths::Path& path, double fraction, Leve
     const Positions soft = constraints.rows_of(positions);
     path.place(fraction, positions);
     level.work.energy.soft_targets = constraints.rows_of(positions);
-    constraints.put(soft, positions);
+    positions(constraints.vertices(), Eigen::all) = soft;
 }
 
 }  // namespace meanvalue

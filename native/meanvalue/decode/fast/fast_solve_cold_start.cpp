@@ -36,7 +36,7 @@ void FastSolve::start_cold(Positions& from_rest, Positions& positions) {
     }
     const StageTimer timer(timings_, "split");
     for (int coarse = static_cast<int>(problem_.levels.size()) - 2; coarse >= 0; --coarse) {
-        problem_.hierarchy->levels[coarse].splits.carry(problem_.region.positions, positions, threads_, execution_);
+        problem_.hierarchy->levels[coarse].splits.carry(problem_.rest, positions, threads_, execution_);
         if (has_examples()) blend_examples(level(coarse));
         if (coarse > 0) relax(level(coarse), positions);
     }
@@ -62,12 +62,12 @@ std::vector<double> FastSolve::carrying_weights() const {
 
 /// From rest, carried along with the fixed vertices.
 void FastSolve::start_from_rest(Positions& positions) {
-    pull_free_anchors_to(problem_.region.positions);
-    if (options_.previous != nullptr) whole().bound.energy->soft_constraints().put(soft_targets(), positions);
-    const Positions carried =
-        carry_along(problem_.region.positions, positions, problem_.is_anchor, carrying_weights());
+    pull_free_anchors_to(problem_.rest);
+    if (options_.previous != nullptr)
+        positions(whole().bound.energy->soft_constraints().vertices(), Eigen::all) = soft_targets();
+    const Positions carried = carry_along(problem_.rest, positions, problem_.is_anchor, carrying_weights());
     execution_.check();
-    std::vector<char> is_freed(options_.weights != nullptr ? problem_.region.is_fixed.size() : 0, 0);
+    std::vector<char> is_freed(options_.weights != nullptr ? problem_.is_fixed.size() : 0, 0);
     for (std::size_t k = 0; k < problem_.soft.size(); ++k) {
         const Index v = problem_.soft[k].vertex;
         if (!is_free(k)) continue;
@@ -77,8 +77,8 @@ void FastSolve::start_from_rest(Positions& positions) {
     pull_free_anchors_to(carried);
     const HandlePaths::Path path = problem_.handles->path_to(positions, is_freed);
     execution_.check();
-    for (std::size_t v = 0; v < problem_.region.is_fixed.size(); ++v) {
-        if (!problem_.region.is_fixed[v]) positions.row(v) = carried.row(v);
+    for (std::size_t v = 0; v < problem_.is_fixed.size(); ++v) {
+        if (!problem_.is_fixed[v]) positions.row(v) = carried.row(v);
     }
     const Level level = coarsest();
     const Positions soft = level.bound.energy->soft_constraints().rows_of(positions);
@@ -99,7 +99,7 @@ void FastSolve::start_from_rest(Positions& positions) {
         keep_if_lower(carried_on, carried_on_energy);
     }
     if (path.largest_angle_rad() > kFarRotation && energy > std::pow(kRounding * problem_.size, 2)) {
-        Positions along_path = problem_.region.positions;
+        Positions along_path = problem_.rest;
         const double path_energy = minimise_along(path, along_path);
         keep_if_lower(along_path, path_energy);
     }

@@ -23,9 +23,7 @@ constexpr double kLower = 1e-3;
 Positions drivers_of(const FastLevel& level, const Positions& positions, const Positions& soft) {
     const std::vector<Index>& fixed = level.stages.back().coupling.vertices;
     Positions result(static_cast<Eigen::Index>(fixed.size()) + soft.rows(), 3);
-    for (std::size_t k = 0; k < fixed.size(); ++k)
-        result.row(k) = positions.row(fixed[k]);
-    result.bottomRows(soft.rows()) = soft;
+    result << positions(fixed, Eigen::all), soft;
     return result;
 }
 
@@ -55,7 +53,7 @@ void FastSolve::begin_at_rest_if_free() {
     const std::vector<double> carrying = carrying_weights();
     for (std::size_t v = 0; v < carrying.size(); ++v)
         if (problem_.is_anchor[v] && carrying[v] > kNegligible) return;
-    options_.previous = &problem_.region.positions;
+    options_.previous = &problem_.rest;
 }
 
 /// Whether the answer before leads, on the coarsest level, to an energy as low as a solve from rest does. Where that
@@ -122,8 +120,8 @@ void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& p
     Positions before = previous;
     relax(level, before);
     Positions after = before;
-    for (std::size_t v = 0; v < problem_.region.is_fixed.size(); ++v) {
-        if (problem_.region.is_fixed[v]) after.row(v) = goal.row(v);
+    for (std::size_t v = 0; v < problem_.is_fixed.size(); ++v) {
+        if (problem_.is_fixed[v]) after.row(v) = goal.row(v);
     }
     const Positions soft = level.bound.energy->soft_constraints().rows_of(before);
     const Positions coarse_moves = drivers_of(level.bound, after, soft) - drivers_of(level.bound, before, soft);
@@ -133,7 +131,7 @@ void FastSolve::suppose_coarse_change(const Positions& moves, const Positions& p
     const bool is_sound = (after - answered).norm() < kSoundCoarse * (after - before).norm();
     for (Positions* const shape : {&before, &after}) {
         for (auto coarse = problem_.hierarchy->levels.rbegin(); coarse != problem_.hierarchy->levels.rend(); ++coarse)
-            coarse->splits.carry(problem_.region.positions, *shape, threads_, execution_);
+            coarse->splits.carry(problem_.rest, *shape, threads_, execution_);
     }
     const std::lock_guard<std::mutex> lock(work_.drafting);
     work_.predictor.suppose(after - before, moves, is_sound);

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <utility>
 
 #include "meanvalue/common/elementary.h"
-#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/disjoint_sets.h"
@@ -18,16 +17,6 @@ namespace {
 constexpr double kRigid = 1e-3;
 // Three points span a plane; fewer leave the rotation open.
 constexpr std::size_t kFewestForRotation = 3;
-
-/// The rotation and translation nearest to a similarity fit.
-Similarity rigid_fit(const Positions& from, const Positions& to) {
-    std::vector<Index> all(from.rows());
-    std::iota(all.begin(), all.end(), 0);
-    Similarity fit = fit_similarity(from, to, all);
-    fit.scale = 1.0;
-    fit.translation = mean_row(to) - fit.rotation * mean_row(from);
-    return fit;
-}
 
 }  // namespace
 
@@ -71,73 +60,56 @@ HandlePaths::HandlePaths(const Encoding& encoding, const PositionsView& rest, co
             if (is_fixed[other] && (handles.empty() || handles[other] == handles[v])) pieces.join(v, other);
         }
     }
+    piece_of_.assign(count, -1);
     for (Index v = 0; v < count; ++v) {
-        if (is_fixed[v]) vertices_.push_back(v);
+        if (!is_fixed[v]) continue;
+        const Index root = pieces.root(v);  // the lowest, which comes first
+        if (root == v) pieces_.emplace_back();
+        piece_of_[v] = root == v ? static_cast<Index>(pieces_.size()) - 1 : piece_of_[root];
+        pieces_[piece_of_[v]].vertices.push_back(v);
     }
-    std::stable_sort(vertices_.begin(), vertices_.end(),
-                     [&](Index a, Index b) { return pieces.root(a) < pieces.root(b); });
-    rest_ = rest(vertices_, Eigen::all);
-    for (std::size_t k = 1; k <= vertices_.size(); ++k) {
-        const bool is_last = k == vertices_.size() || pieces.root(vertices_[k]) != pieces.root(vertices_[k - 1]);
-        if (is_last) starts_.push_back(k);
-    }
-}
-
-std::vector<Index> HandlePaths::pieces_of(const std::vector<Index>& vertices) const {
-    std::map<Index, Index> piece_of;
-    for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
-        for (std::size_t k = starts_[piece]; k < starts_[piece + 1]; ++k)
-            piece_of[vertices_[k]] = static_cast<Index>(piece);
-    }
-    std::vector<Index> pieces;
-    pieces.reserve(vertices.size());
-    for (const Index v : vertices)
-        pieces.push_back(piece_of.at(v));
-    return pieces;
+    for (Piece& piece : pieces_)
+        piece.rest = rest(piece.vertices, Eigen::all);
 }
 
 HandlePaths::Path HandlePaths::path_to(const PositionsView& placed_at, const std::vector<char>& is_free) const {
     Path path;
-    path.pieces_ = this;
-    path.ends_ = placed_at(vertices_, Eigen::all);
-    for (std::size_t piece = 0; piece + 1 < starts_.size(); ++piece) {
-        std::vector<std::size_t> placed;
-        std::vector<std::size_t> free;
-        for (std::size_t k = starts_[piece]; k < starts_[piece + 1]; ++k)
-            (is_free.empty() || !is_free[vertices_[k]] ? placed : free).push_back(k);
-        ScrewMotion motion;
-        bool rigid = false;
+    for (const Piece& piece : pieces_) {
+        Path::Way way{&piece, placed_at(piece.vertices, Eigen::all)};
+        std::vector<Index> placed, free;  // rows of the piece
+        for (std::size_t k = 0; k < piece.vertices.size(); ++k)
+            (is_free.empty() || !is_free[piece.vertices[k]] ? placed : free).push_back(static_cast<Index>(k));
         if (placed.size() >= kFewestForRotation) {
-            const Positions from = rest_(placed, Eigen::all);
-            const Positions to = path.ends_(placed, Eigen::all);
-            const Similarity fit = rigid_fit(from, to);
+            const Correlation sums = correlate(piece.rest, way.ends, placed.data(), placed.size());
+            const Matrix3 rotation = fit_rotation(sums.covariance);
+            const auto carried = [&](Index row) -> Vector3 {
+                return sums.to_centre + rotation * (Vector3(piece.rest.row(row)) - sums.from_centre);
+            };
             // About its middle: where the mesh is far from the origin, the axis would be lost in rounding.
-            const Vector3 middle = mean_row(from);
-            motion = screw_of(fit.rotation, fit.apply(middle) - middle);
-            motion.centre += middle;
-            const Positions missed = to - ((from * fit.rotation.transpose()).rowwise() + fit.translation.transpose());
-            rigid = missed.rowwise().norm().maxCoeff() < kRigid * size_;
-            for (const std::size_t k : free) {
-                if (rigid) path.ends_.row(k) = fit.apply(rest_.row(k)).transpose();
+            way.motion = screw_of(rotation, sums.to_centre - sums.from_centre);
+            way.motion.centre += sums.from_centre;
+            way.is_rigid = std::all_of(placed.begin(), placed.end(), [&](Index row) {
+                return (carried(row) - Vector3(way.ends.row(row))).norm() < kRigid * size_;
+            });
+            for (const Index row : free) {
+                if (way.is_rigid) way.ends.row(row) = carried(row);
             }
         }
-        path.is_rigid_.push_back(rigid);
-        path.motions_.push_back(motion);
-        if (rigid) path.largest_angle_rad_ = std::max(path.largest_angle_rad_, motion.angle_rad);
+        if (way.is_rigid) path.largest_angle_rad_ = std::max(path.largest_angle_rad_, way.motion.angle_rad);
+        path.ways_.push_back(std::move(way));
     }
     return path;
 }
 
 void HandlePaths::Path::place(double fraction, Positions& positions) const {
-    for (std::size_t piece = 0; piece < motions_.size(); ++piece) {
-        for (std::size_t k = pieces_->starts_[piece]; k < pieces_->starts_[piece + 1]; ++k) {
-            const Vector3 begin = pieces_->rest_.row(k);
-            const Vector3 end = ends_.row(k);
+    for (const Way& way : ways_) {
+        for (std::size_t k = 0; k < way.piece->vertices.size(); ++k) {
+            const Vector3 begin = way.piece->rest.row(k);
+            const Vector3 end = way.ends.row(k);
             Vector3 point = end;  // exact at the end
             if (fraction < 1.0)
-                point = is_rigid_[piece] ? motions_[piece].apply(begin, fraction)
-                                         : Vector3(begin + fraction * (end - begin));
-            positions.row(pieces_->vertices_[k]) = point;
+                point = way.is_rigid ? way.motion.apply(begin, fraction) : Vector3(begin + fraction * (end - begin));
+            positions.row(way.piece->vertices[k]) = point;
         }
     }
 }

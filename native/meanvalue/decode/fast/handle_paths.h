@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 
@@ -31,7 +32,12 @@ class HandlePaths {
                 const std::vector<Index>& handles, double size);
 
     /// For each of some fixed vertices the number of its piece.
-    std::vector<Index> pieces_of(const std::vector<Index>& vertices) const;
+    std::vector<Index> pieces_of(const std::vector<Index>& vertices) const { return picked(piece_of_, vertices); }
+
+    struct Piece {
+        std::vector<Index> vertices;
+        Positions rest;
+    };
 
     /// The path of the fixed vertices from rest to another place: rigid pieces along their screws, others straight.
     class Path {
@@ -43,20 +49,23 @@ class HandlePaths {
 
       private:
         friend class HandlePaths;
-        const HandlePaths* pieces_ = nullptr;
-        std::vector<ScrewMotion> motions_;
-        std::vector<char> is_rigid_;
-        Positions ends_;  // of the fixed vertices, piece by piece
+        struct Way {
+            const Piece* piece;
+            Positions ends;
+            ScrewMotion motion = {};
+            bool is_rigid = false;
+        };
+        std::vector<Way> ways_;
         double largest_angle_rad_ = 0.0;
     };
+
     /// The path from rest to `placed_at`. @param is_free n flags of the vertices without a place of their own, or
     ///        empty: these go along with their piece if it is rigid, else to where `placed_at` has them.
     Path path_to(const PositionsView& placed_at, const std::vector<char>& is_free = {}) const;
 
   private:
-    Positions rest_;  // of the fixed vertices, piece by piece
-    std::vector<Index> vertices_;
-    std::vector<std::size_t> starts_ = {0};  // of the pieces in vertices_, then the total
+    std::vector<Piece> pieces_;
+    std::vector<Index> piece_of_;  // n: or -1
     double size_ = 0.0;
 };
 

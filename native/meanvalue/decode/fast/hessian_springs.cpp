@@ -1,10 +1,9 @@
-#include "meanvalue/decode/fast/hessian_springs.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/energy_blocks.h"
 #include "meanvalue/encoding/predictor.h"
 
 namespace meanvalue {
@@ -16,42 +15,6 @@ constexpr double kLeastStiffness = 0.4;
 constexpr double kShareOfBound = 0.3;
 // A sum counts as no more than this: the factor in single precision must still resolve what such springs leave free.
 constexpr double kMostStiffness = 100.0;
-
-/// The springs of one row after another.
-class SpringFinder {
-  public:
-    SpringFinder(const Encoding& encoding, const RestCells& cells) : encoding_(encoding), cells_(cells) {}
-
-    /// Appends those of `row`, which is that of `vertex` and has the weight `bending`.
-    void add(Index row, Index vertex, double bending, std::vector<HessianSpring>& springs) {
-        EncodedRing ring = encoding_.ring_of(vertex);
-        blocks_.resize(ring.valence);
-        numbers_.resize(ring.valence);
-        std::iota(numbers_.begin(), numbers_.end(), 0);
-        Positions around(ring.valence, 3);  // the vertex: its ring
-        const Vector3* const edges = cells_.edges.data() + encoding_.ring_offsets[vertex];
-        for (Index k = 0; k < ring.valence; ++k)
-            around.row(k) = -edges[k];
-        ring.ring = numbers_.data();
-        predict_with_jacobian(ring, around, blocks_.data());
-        double sum = 0.0;
-        for (Index k = 0; k < ring.valence; ++k) {
-            blocks_[k] -= ring.weights[k] * Matrix3::Identity();
-            sum += blocks_[k].norm();
-        }
-        if (!(sum > kLeastStiffness) || !std::isfinite(sum)) return;
-        const double counted = std::min(sum, kMostStiffness);
-        const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
-        for (Index k = 0; k < ring.valence; ++k)
-            springs.push_back({row, k, kShareOfBound * bending * excess * blocks_[k].norm()});
-    }
-
-  private:
-    const Encoding& encoding_;
-    const RestCells& cells_;
-    std::vector<Matrix3> blocks_;
-    std::vector<Index> numbers_;
-};
 
 }  // namespace
 
@@ -65,9 +28,30 @@ std::vector<HessianSpring> hessian_springs(const Encoding& encoding, const Unkno
     const auto count = static_cast<Index>(unknowns.rows.size());
     std::vector<std::vector<HessianSpring>> of_pieces(piece_count(count));
     parallel_pieces(count, threads, execution, [&](Index piece, Index begin, Index end) {
-        SpringFinder finder(encoding, cells);
-        for (Index row = begin; row < end; ++row)
-            finder.add(row, unknowns.rows[row], bending[row], of_pieces[piece]);
+        std::vector<Matrix3> blocks;
+        std::vector<Index> numbers;
+        for (Index row = begin; row < end; ++row) {
+            EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+            const Vector3* const edges = cells.edges.data() + encoding.ring_offsets[unknowns.rows[row]];
+            Positions around(ring.valence, 3);  // the vertex: its ring
+            for (Index k = 0; k < ring.valence; ++k)
+                around.row(k) = -edges[k];
+            numbers.resize(ring.valence);
+            std::iota(numbers.begin(), numbers.end(), 0);
+            ring.ring = numbers.data();
+            blocks.resize(ring.valence);
+            predict_with_jacobian(ring, around, blocks.data());
+            double sum = 0.0;
+            for (Index k = 0; k < ring.valence; ++k) {
+                blocks[k] -= ring.weights[k] * Matrix3::Identity();
+                sum += blocks[k].norm();
+            }
+            if (!(sum > kLeastStiffness) || !std::isfinite(sum)) continue;
+            const double counted = std::min(sum, kMostStiffness);
+            const double excess = (counted - kLeastStiffness * kLeastStiffness / counted) * counted / sum;
+            for (Index k = 0; k < ring.valence; ++k)
+                of_pieces[piece].push_back({row, k, kShareOfBound * bending[row] * excess * blocks[k].norm()});
+        }
     });
     std::vector<HessianSpring> springs;
     for (const std::vector<HessianSpring>& of_piece : of_pieces)

@@ -17,35 +17,11 @@ bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
 SoftConstraints::SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns)
     : anchors_(std::move(anchors)) {
     std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
-    for (const SoftAnchor& anchor : anchors_)
-        numbers_.push_back(unknowns.number[anchor.vertex]);
-}
-
-Positions SoftConstraints::targets_of(const PositionsView& targets) const {
-    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
-        rows.row(k) = targets.row(anchors_[k].anchor);
-    return rows;
-}
-
-std::vector<double> SoftConstraints::weights_of(const std::vector<double>& weights) const {
-    std::vector<double> result;
-    result.reserve(anchors_.size());
-    for (const SoftAnchor& anchor : anchors_)
-        result.push_back(weights[anchor.anchor]);
-    return result;
-}
-
-Positions SoftConstraints::rows_of(const PositionsView& positions) const {
-    Positions rows(static_cast<Eigen::Index>(anchors_.size()), 3);
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
-        rows.row(k) = positions.row(anchors_[k].vertex);
-    return rows;
-}
-
-void SoftConstraints::put(const Positions& rows, Positions& positions) const {
-    for (std::size_t k = 0; k < anchors_.size(); ++k)
-        positions.row(anchors_[k].vertex) = rows.row(k);
+    for (const SoftAnchor& anchor : anchors_) {
+        vertices_.push_back(anchor.vertex);
+        places_.push_back(anchor.anchor);
+    }
+    numbers_ = picked(unknowns.number, vertices_);
 }
 
 double SoftConstraints::add_energy(const PositionsView& positions, const Positions& targets,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
@@ -34,16 +35,14 @@ class SoftConstraints {
     SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns);
 
     bool empty() const { return anchors_.empty(); }
-    const std::vector<SoftAnchor>& anchors() const { return anchors_; }  ///< by ascending vertex
+    const std::vector<Index>& vertices() const { return vertices_; }  ///< ascending
 
     /// |anchors| x 3. @param targets k x 3, in the order of all anchors, the units of the positions.
-    Positions targets_of(const PositionsView& targets) const;
+    Positions targets_of(const PositionsView& targets) const { return targets(places_, Eigen::all); }
     /// |anchors| numbers. @param weights k, in the order of all anchors.
-    std::vector<double> weights_of(const std::vector<double>& weights) const;
+    std::vector<double> weights_of(const std::vector<double>& weights) const { return picked(weights, places_); }
     /// |anchors| x 3: where the soft anchors are in `positions` (n x 3).
-    Positions rows_of(const PositionsView& positions) const;
-    /// Puts soft anchors to `rows` (|anchors| x 3) in `positions` (n x 3).
-    void put(const Positions& rows, Positions& positions) const;
+    Positions rows_of(const PositionsView& positions) const { return positions(vertices_, Eigen::all); }
 
     /// Their energy, in squared units. Adds its derivative to `gradient` (|V'| x 3). @param targets |anchors| x 3.
     /// @param weights |anchors|, what the strength of each is multiplied with; or empty: 1.
@@ -63,8 +62,10 @@ class SoftConstraints {
     std::vector<double> hardness(std::size_t vertex_count) const;
 
   private:
-    std::vector<SoftAnchor> anchors_;
-    std::vector<Index> numbers_;
+    std::vector<SoftAnchor> anchors_;  // by ascending vertex
+    std::vector<Index> vertices_;      // of these
+    std::vector<Index> places_;        // among all anchors
+    std::vector<Index> numbers_;       // among the free vertices
 };
 
 /// Those removed on the way to `level` give their strengths to those that they were merged into, so that a handle's
