@@ -11,7 +11,7 @@
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/examples/example_shapes.h"
+#include "meanvalue/examples/example_space.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"

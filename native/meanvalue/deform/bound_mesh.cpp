@@ -267,15 +267,6 @@ void BoundMesh::check_weights(const std::vector<double>& weights) const {
     }
 }
 
-bool BoundMesh::can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const {
-    try {
-        targets_without_gaps(targets, weights);
-    } catch (const InvalidInput&) {
-        return false;
-    }
-    return true;
-}
-
 Positions BoundMesh::targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const {
     check_weights(weights);
     Positions filled = targets;

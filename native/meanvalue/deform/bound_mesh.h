@@ -71,8 +71,6 @@ class BoundMesh {
     /// @throws InvalidInput for weights (k, or empty) of another number, outside [0, 1], or not 1 where an anchor is
     /// hard.
     void check_weights(const std::vector<double>& weights) const;
-    /// Whether targets_without_gaps() takes them. @param weights that check_weights() takes.
-    bool can_be_placed(const PositionsView& targets, const std::vector<double>& weights) const;
     /// k x 3: `targets`, and where `weights` (k, or empty: all 1) free an anchor, its place at rest.
     /// @throws InvalidInput, also as check_weights().
     Positions targets_without_gaps(const PositionsView& targets, const std::vector<double>& weights) const;

@@ -7,25 +7,24 @@
 namespace meanvalue {
 namespace {
 
-/// p = sum_j w_j v_j, summed about the first ring vertex so that nothing is lost far from the origin.
-Vector3 weighted_centre(const EncodedRing& ring, const PositionsView& positions) {
-    const Vector3 origin = positions.row(ring.ring[0]);
+/// sum_j factor_of(j) (v_j - v_0): about the first ring vertex nothing is lost far from the origin.
+template <typename FactorOf>
+Vector3 sum_about_first(const EncodedRing& ring, const PositionsView& positions, const FactorOf& factor_of) {
     Vector3 sum = Vector3::Zero();
-    for (Index k = 1; k < ring.valence; ++k) {
-        sum += ring.weights[k] * (Vector3(positions.row(ring.ring[k])) - origin);
-    }
-    return origin + sum;
+    for (Index k = 1; k < ring.valence; ++k)
+        sum += factor_of(k) * Vector3(positions.row(ring.ring[k]) - positions.row(ring.ring[0]));
+    return sum;
+}
+
+/// p = sum_j w_j v_j.
+Vector3 weighted_centre(const EncodedRing& ring, const PositionsView& positions) {
+    return Vector3(positions.row(ring.ring[0])) +
+           sum_about_first(ring, positions, [&](Index k) { return ring.weights[k]; });
 }
 
 /// q = sum_j (u_j - w_j) v_j: how far a steep ring's own centre is from p.
 Vector3 steep_offset(const EncodedRing& ring, const PositionsView& positions) {
-    const Vector3 origin = positions.row(ring.ring[0]);
-    Vector3 sum = Vector3::Zero();
-    for (Index k = 1; k < ring.valence; ++k) {
-        const double difference = ring.normal_weights[k] - ring.weights[k];
-        sum += difference * (Vector3(positions.row(ring.ring[k])) - origin);
-    }
-    return sum;
+    return sum_about_first(ring, positions, [&](Index k) { return ring.normal_weights[k] - ring.weights[k]; });
 }
 
 }  // namespace

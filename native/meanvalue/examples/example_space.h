@@ -4,11 +4,13 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/examples/surface_functions.h"
+#include "meanvalue/mesh/region.h"
 
 namespace meanvalue {
 
@@ -64,6 +66,32 @@ class ExampleSpace {
     std::vector<Index> sample_;            // the vertices that weights are fitted to
     // Of the normal matrix of all weights, (functions x e)^2. By LLT its bits would be the processor's.
     Eigen::LDLT<Eigen::MatrixXd> factor_;
+};
+
+/// The examples of a region: what all levels of the mesh share of them.
+struct ExampleShapes {
+    /// @param encoding, region of the rest shape. @param examples of the whole mesh. @pre encoding outlives it.
+    /// @throws Cancelled.
+    ExampleShapes(const Encoding& encoding, const Region& region, const std::vector<SharedPositions>& examples,
+                  int threads, const Execution& execution)
+        : shapes(of_region(region, examples, execution)),
+          functions(encoding, region.positions, execution),
+          whole(encoding, functions, region.positions, shapes, threads, execution) {}
+
+    std::vector<Positions> shapes;  ///< of the region's vertices
+    SurfaceFunctions functions;
+    ExampleSpace whole;  ///< on the whole mesh
+
+  private:
+    static std::vector<Positions> of_region(const Region& region, const std::vector<SharedPositions>& examples,
+                                            const Execution& execution) {
+        std::vector<Positions> shapes;
+        for (const SharedPositions& example : examples) {
+            execution.check();
+            shapes.push_back((*example)(region.vertices, Eigen::all));
+        }
+        return shapes;
+    }
 };
 
 }  // namespace meanvalue

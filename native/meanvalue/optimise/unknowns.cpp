@@ -25,4 +25,16 @@ Unknowns find_unknowns(const std::vector<Index>& ring_offsets, const std::vector
     return unknowns;
 }
 
+Grouped<Use> uses_of(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution) {
+    WorkMeter work(execution);
+    return grouped<Use>(unknowns.number.size(), [&](const auto& visit) {
+        for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
+            const EncodedRing ring = encoding.ring_of(unknowns.rows[row]);
+            work.add(1 + ring.valence);
+            for (Index k = 0; k < ring.valence; ++k)
+                visit(ring.ring[k], {static_cast<Index>(row), k});
+        }
+    });
+}
+
 }  // namespace meanvalue

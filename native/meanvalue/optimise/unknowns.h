@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 
@@ -24,5 +26,14 @@ Unknowns find_unknowns(const std::vector<Index>& ring_offsets, const std::vector
 inline Unknowns find_unknowns(const Encoding& encoding, const std::vector<char>& is_fixed) {
     return find_unknowns(encoding.ring_offsets, encoding.ring, is_fixed);
 }
+
+/// A place in the ring of a row, by its number in Unknowns::rows.
+struct Use {
+    Index row;
+    Index place;
+};
+
+/// Where each of the n vertices is in the rings of the rows, by ascending row. @throws Cancelled.
+Grouped<Use> uses_of(const Encoding& encoding, const Unknowns& unknowns, const Execution& execution);
 
 }  // namespace meanvalue

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <vector>
 
-#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/predictor.h"
@@ -116,37 +115,24 @@ double energy(const Encoding& encoding, const Unknowns& unknowns, const Position
 
 void relax(const Encoding& encoding, const Unknowns& unknowns, int sweeps, Positions& positions,
            const Execution& execution) {
-    struct Use {
-        Index row;    // a vertex whose ring contains the free vertex
-        Index place;  // where in that ring
-    };
-    WorkMeter work(execution);
-    const auto uses = grouped<Use>(unknowns.free.size(), [&](const auto& visit) {
-        for (const Index row : unknowns.rows) {
-            const EncodedRing ring = encoding.ring_of(row);
-            work.add(1 + ring.valence);
-            for (Index k = 0; k < ring.valence; ++k) {
-                if (unknowns.number[ring.ring[k]] >= 0) visit(unknowns.number[ring.ring[k]], Use{row, k});
-            }
-        }
-    });
+    const Grouped<Use> uses = uses_of(encoding, unknowns, execution);
     std::vector<Matrix3> blocks;
     for (std::size_t step = 0; step < sweeps * unknowns.free.size(); ++step) {
         execution.check_every(step);
-        const std::size_t number = step % unknowns.free.size();
-        const Index vertex = unknowns.free[number];
+        const Index vertex = unknowns.free[step % unknowns.free.size()];
         Vector3 gradient = Vector3::Zero();
         Matrix3 diagonal = Matrix3::Zero();
         if (encoding.predictable(vertex)) {
             gradient = Vector3(positions.row(vertex)) - predict(encoding.ring_of(vertex), positions);
             diagonal.setIdentity();
         }
-        for (const Use& use : uses.of(number)) {
-            const EncodedRing ring = encoding.ring_of(use.row);
+        for (const Use& use : uses.of(vertex)) {
+            const Index row = unknowns.rows[use.row];
+            const EncodedRing ring = encoding.ring_of(row);
             blocks.resize(ring.valence);
             const Vector3 predicted = predict_with_jacobian(ring, positions, blocks.data());
             const Matrix3& block = blocks[use.place];
-            gradient -= block.transpose() * (Vector3(positions.row(use.row)) - predicted);
+            gradient -= block.transpose() * (Vector3(positions.row(row)) - predicted);
             diagonal += block.transpose() * block;
         }
         if (!encoding.predictable(vertex) && is_singular(diagonal)) continue;

@@ -67,8 +67,11 @@ RunPlan plan_runs(const BoundMesh& bound, const Trajectories& trajectories, cons
     Index looked_at = 0, last_placed = -1;  // of the frames before
     const auto placed_before = [&](Index frame) {
         for (; looked_at < frame; ++looked_at) {
-            if (bound.can_be_placed(targets_at(trajectories, looked_at), weights_at(trajectories, looked_at)))
+            try {
+                bound.targets_without_gaps(targets_at(trajectories, looked_at), weights_at(trajectories, looked_at));
                 last_placed = looked_at;
+            } catch (const InvalidInput&) {  // the frame before is the last that can be solved
+            }
         }
         return last_placed;
     };

@@ -1,17 +1,21 @@
-// What FastDecoder binds and FastSolve solves: the levels, their energies, and their factored Hessians.
+// What FastDecoder binds and FastSolve solves: the levels, their energies, and their factored Hessians; and what a
+// solve writes.
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <vector>
 
+#include "meanvalue/decode/decoder.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/decode/fast/handle_paths.h"
 #include "meanvalue/decode/fast/handle_responses.h"
+#include "meanvalue/decode/fast/secant_predictor.h"
 #include "meanvalue/decode/fast/soft_constraints.h"
 #include "meanvalue/examples/example_space.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/mesh/region.h"
+#include "meanvalue/optimise/lbfgs.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
@@ -51,6 +55,35 @@ struct FastProblem {
     std::shared_ptr<const DrivingHandles> driving;  ///< none where nothing is free
     /// The whole mesh first, the coarsest last; of an early one the coarsest alone.
     std::vector<std::shared_ptr<const FastLevel>> levels;
+};
+
+/// What a solve writes besides its result.
+struct FastWorkspace : Workspace {
+    /// For one level.
+    struct OfLevel {
+        DeformationEnergy::Workspace energy;
+        Lbfgs minimiser;
+        std::vector<DiagonalDowndate> downdates;  // for each stage
+        Encoding blended;                         // of the examples
+        RestCells blended_cells;
+    };
+
+    void forget() override {
+        const std::lock_guard<std::mutex> lock(drafting);
+        predictor.end();
+        is_drafting = false;
+        keeps_history = false;
+    }
+
+    std::vector<OfLevel> levels;     // as FastProblem::levels
+    ExampleWeights example_weights;  // of the last blend; empty: the rest shape alone
+    SupernodalFactor::Workspace factor;
+    // Of the solves of a drag. What the next solve begins with is what its draft shows: the solve locks to write.
+    std::mutex drafting;
+    bool is_drafting = false;  // there is a shape to go on from, and all anchors count in it
+    SecantPredictor predictor;
+    HandleResponses responses;
+    bool keeps_history = false;  // the whole mesh' minimizer: of the last of those, which came to its end
 };
 
 }  // namespace meanvalue

@@ -5,7 +5,6 @@
 
 #include "meanvalue/decode/decoder.h"
 #include "meanvalue/decode/fast/fast_problem.h"
-#include "meanvalue/decode/fast/fast_workspace.h"
 
 namespace meanvalue {
 

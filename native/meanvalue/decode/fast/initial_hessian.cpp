@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
 
@@ -13,12 +12,6 @@ namespace {
 struct EdgeWeights {
     double spoke;
     double rim;
-};
-
-/// A row that a vertex is in the ring of, and where in that ring.
-struct Use {
-    Index row;
-    Index place;
 };
 
 /// Entries of some consecutive columns, one column after another.
@@ -49,7 +42,10 @@ class HessianColumns {
         for (const HessianSpring& spring : energy_.hessian_springs)
             edges_[row_start_[spring.row] + spring.place].spoke += spring.stiffness;
         execution_.check();
-        index_uses();
+        uses_ = uses_of(encoding_, unknowns_, execution_);
+        own_row_.assign(unknowns_.number.size(), -1);
+        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row)
+            own_row_[unknowns_.rows[row]] = static_cast<Index>(row);
     }
 
     /// The fixed vertices that rows depend on, ascending.
@@ -107,21 +103,6 @@ class HessianColumns {
     }
 
   private:
-    /// Where each vertex is in rings.
-    void index_uses() {
-        uses_ = grouped<Use>(unknowns_.number.size(), [&](const auto& visit) {
-            execution_.check();
-            for (std::size_t row = 0; row < unknowns_.rows.size(); ++row) {
-                const EncodedRing ring = encoding_.ring_of(unknowns_.rows[row]);
-                for (Index k = 0; k < ring.valence; ++k)
-                    visit(ring.ring[k], Use{static_cast<Index>(row), k});
-            }
-        });
-        own_row_.assign(unknowns_.number.size(), -1);
-        for (std::size_t row = 0; row < unknowns_.rows.size(); ++row)
-            own_row_[unknowns_.rows[row]] = static_cast<Index>(row);
-    }
-
     /// Calls add(number or -1, value) for all that the rows with this vertex give to its column.
     template <typename Add>
     void add_uses(Index vertex, const Add& add) const {
