@@ -10,7 +10,7 @@
 #include "meanvalue/common/physical_memory.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
-#include "meanvalue/mesh/volume.h"
+#include "meanvalue/mesh/extent.h"
 
 namespace meanvalue {
 namespace {

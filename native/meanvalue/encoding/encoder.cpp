@@ -71,14 +71,6 @@ std::uint8_t encode_vertex(RingEncoder& encoder, Index vertex, Encoding& encodin
     return flags;
 }
 
-/// Appends the u_ij of a vertex flagged kSteepEdge. Serial, since offsets depend on those before; there are few.
-void append_steep_weights(RingEncoder& encoder, Index vertex, Encoding& encoding) {
-    encode_vertex(encoder, vertex, encoding);
-    encoding.steep_offset[vertex] = static_cast<Index>(encoding.steep_weights.size());
-    const std::vector<double> steep = encoder.steep_weights();
-    encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
-}
-
 }  // namespace
 
 Encoding encode(const OneRings& rings, const PositionsView& positions, int threads, Execution& execution,
@@ -110,7 +102,12 @@ Encoding encode(const OneRings& rings, const PositionsView& positions, int threa
         if (rings.kinds[v] == RingKind::kNonManifold) flags[v] |= kNonManifold;
         if (encoding.predictable(v) && replacements.count(v) > 0) flags[v] |= kExtendedRing;
         if (flags[v] == 0) continue;
-        if ((flags[v] & kSteepEdge) != 0) append_steep_weights(encoder, v, encoding);
+        if ((flags[v] & kSteepEdge) != 0) {  // their offsets depend on those before; there are few
+            encode_vertex(encoder, v, encoding);
+            encoding.steep_offset[v] = static_cast<Index>(encoding.steep_weights.size());
+            const std::vector<double> steep = encoder.steep_weights();
+            encoding.steep_weights.insert(encoding.steep_weights.end(), steep.begin(), steep.end());
+        }
         encoding.guarded.push_back(v);
         encoding.guard_reasons.push_back(flags[v]);
     }

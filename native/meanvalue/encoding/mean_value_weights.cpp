@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "meanvalue/common/tolerances.h"
 
@@ -11,11 +12,6 @@ namespace {
 // Sums of |w| are 1.0 to 1.1 on sane rings and up to 3.2 at the corners of open ones.
 constexpr double kLargestAmplification = 4.0;
 
-void put_all_on(std::size_t k, std::vector<double>& weights) {
-    std::fill(weights.begin(), weights.end(), 0.0);
-    weights[k] = 1.0;
-}
-
 }  // namespace
 
 std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& weights) {
@@ -23,7 +19,7 @@ std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& 
     weights.assign(valence, 0.0);
     const std::size_t nearest = std::min_element(ring.radius.begin(), ring.radius.end()) - ring.radius.begin();
     if (ring.radius[nearest] < kCoincident * ring.mean_radius) {
-        put_all_on(nearest, weights);
+        weights[nearest] = 1.0;
         return kOnRingVertex;
     }
     for (std::size_t k = 0; k < valence; ++k) {
@@ -48,9 +44,7 @@ std::uint8_t mean_value_weights(const ProjectedRing& ring, std::vector<double>& 
         weights[k] += half_tangent / ring.radius[k];
         weights[next] += half_tangent / ring.radius[next];
     }
-    double sum = 0.0;
-    for (const double weight : weights)
-        sum += weight;
+    const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
     for (double& weight : weights)
         weight /= sum;
     return 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <queue>
 #include <utility>
 
@@ -76,9 +77,7 @@ SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& 
         }
     }
     count_ = static_cast<Index>(distances.size());
-    double sum = 0.0;
-    for (const double distance : second)
-        sum += distance;
+    const double sum = std::accumulate(second.begin(), second.end(), 0.0);
     const double farthest = *std::max_element(nearest.begin(), nearest.end());
     const double mean = count_ > 1 ? sum / static_cast<double>(vertex_count) : 0.0;
     const double reach = std::max(kReach * mean, kReachOverFarthest * farthest);

@@ -52,8 +52,7 @@ Coarsening::Coarsening(const OneRings& rings, const PositionsView& positions, co
       recorder_(rings.vertex_count()) {
     for (auto& claim : claims_)
         claim.store(std::numeric_limits<std::uint64_t>::max(), std::memory_order_relaxed);
-    for (const char fixed : is_fixed)
-        remaining_ += fixed ? 0 : 1;
+    remaining_ = static_cast<Index>(std::count(is_fixed.begin(), is_fixed.end(), 0));
     Vertices all(is_fixed.size());
     std::iota(all.begin(), all.end(), 0);
     look_at(all, -1);

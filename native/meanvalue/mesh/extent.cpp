@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "meanvalue/common/elementary.h"
@@ -48,9 +49,7 @@ double mean_diagonal(const PositionsView& positions, int threads, const Executio
         }
         widths[k] = high - low;
     });
-    double squares = 0.0;
-    for (const double width : widths)
-        squares += width * width;
+    const double squares = std::inner_product(widths.begin(), widths.end(), widths.begin(), 0.0);
     // Three widths across each other make a diagonal; each has the same mean of squares.
     return std::sqrt(3.0 * squares / kDirections);
 }
@@ -83,6 +82,30 @@ Matrix3 principal_axes(const PositionsView& positions, const Execution& executio
         if ((is_skewed ? third(c) : later(c)) < 0.0) axes.col(c) *= -1.0;
     }
     return axes;
+}
+
+double signed_volume(const PositionsView& positions, const TrianglesView& faces) {
+    if (positions.rows() == 0) return 0.0;
+    const Vector3 origin = positions.row(0);
+    double sum = 0.0;
+    for (Index f = 0; f < faces.rows(); ++f) {
+        const auto corner = [&](int c) -> Vector3 { return Vector3(positions.row(faces(f, c))) - origin; };
+        sum += corner(0).dot(corner(1).cross(corner(2)));
+    }
+    return sum / 6.0;
+}
+
+bool is_closed(const PositionsView& positions, const TrianglesView& faces) {
+    Vector3 sum = Vector3::Zero();
+    double size = 0.0;
+    for (Index f = 0; f < faces.rows(); ++f) {
+        const Vector3 corner = positions.row(faces(f, 0));
+        const Vector3 area =
+            (Vector3(positions.row(faces(f, 1))) - corner).cross(Vector3(positions.row(faces(f, 2))) - corner);
+        sum += area;
+        size += area.norm();
+    }
+    return sum.norm() <= kNegligible * size;
 }
 
 }  // namespace meanvalue

@@ -1,4 +1,4 @@
-// The size and the axes of a shape, the same for a rotated copy.
+// The size, the axes and the volume of a shape, the same for a rotated copy.
 #pragma once
 
 #include "meanvalue/common/execution.h"
@@ -17,5 +17,12 @@ double mean_diagonal(const PositionsView& positions, int threads, const Executio
 /// are not distinct, as a square bar's. @param positions n x 3. @return 3 x 3, one column an axis; orthogonal,
 /// perhaps left-handed. @throws Cancelled. Cost: linear.
 Matrix3 principal_axes(const PositionsView& positions, const Execution& execution);
+
+/// In cubed units; below 0 for a shape that is inside out. @param positions n x 3, at least one. Cost: linear.
+double signed_volume(const PositionsView& positions, const TrianglesView& faces);
+
+/// Whether the triangles' areas, as vectors, cancel each other, as those of shapes without a border do.
+/// @param positions n x 3. Cost: linear.
+bool is_closed(const PositionsView& positions, const TrianglesView& faces);
 
 }  // namespace meanvalue

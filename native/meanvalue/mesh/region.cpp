@@ -39,13 +39,11 @@ Region taken_from(const PositionsView& positions, const TrianglesView& faces, co
                   const Execution& execution) {
     Region region;
     region.vertices = std::move(vertices);
-    region.positions.resize(static_cast<Eigen::Index>(region.vertices.size()), 3);
     execution.check();
-    for (std::size_t k = 0; k < region.vertices.size(); ++k) {
+    region.positions = positions(region.vertices, Eigen::all);
+    region.is_fixed = picked(is_fixed, region.vertices);
+    for (std::size_t k = 0; k < region.vertices.size(); ++k)
         number[region.vertices[k]] = static_cast<Index>(k);
-        region.positions.row(k) = positions.row(region.vertices[k]);
-        region.is_fixed.push_back(is_fixed[region.vertices[k]]);
-    }
     region.faces.resize(static_cast<Eigen::Index>(kept.size()), 3);
     execution.check();
     for (std::size_t k = 0; k < kept.size(); ++k) {

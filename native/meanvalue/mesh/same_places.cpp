@@ -198,10 +198,7 @@ std::vector<Index> first_of_seams(const PositionsView& points, const std::vector
     const auto first_of_some = [&](Mark mark) {
         std::vector<Index> some, places = own;
         std::copy_if(own.begin(), own.end(), std::back_inserter(some), [&](Index v) { return marks[v] == mark; });
-        Positions chosen(some.size(), 3);
-        for (std::size_t k = 0; k < some.size(); ++k)
-            chosen.row(k) = points.row(some[k]);
-        const std::vector<Index> found = first_of_place(chosen, distance, execution);
+        const std::vector<Index> found = first_of_place(points(some, Eigen::all), distance, execution);
         for (std::size_t k = 0; k < some.size(); ++k)
             places[some[k]] = some[found[k]];
         return places;

@@ -11,7 +11,6 @@
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
-#include "meanvalue/mesh/volume.h"
 #include "meanvalue/morph/cell_assembly.h"
 #include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/shape_overlay.h"

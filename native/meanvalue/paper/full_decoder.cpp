@@ -1,7 +1,6 @@
 #include "meanvalue/paper/full_decoder.h"
 
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/optimise/elimination_order.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
@@ -39,28 +38,9 @@ DecodeReport FullDecoder::decode(const DecodeOptions& options, Workspace& /*work
     minimise_options.threads = threads_for(options);
     if (options.previous != nullptr)
         minimise_options.negligible_energy = std::max(minimise_options.negligible_energy, options.enough_energy);
-    if (options.previous == nullptr) choose_start(minimise_options, cholesky, positions, execution);
+    if (options.previous == nullptr)
+        choose_start(encoding_, unknowns_, rest_, is_fixed_, minimise_options.threads, positions, execution);
     return minimise(encoding_, unknowns_, cholesky, minimise_options, positions, execution);
-}
-
-void FullDecoder::choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
-                               Execution& execution) const {
-    if (unknowns_.free.empty()) return;
-    Positions carried = carry_along(rest_, positions, is_fixed_);
-    Positions fixed_moves = positions - carried;
-    for (const Index v : unknowns_.free) {
-        fixed_moves.row(v).setZero();
-    }
-    if (fixed_moves.cwiseAbs().maxCoeff() > kRounding * diagonal_) {
-        carried = follow_fixed_moves(encoding_, unknowns_, cholesky, options, carried, fixed_moves, execution);
-    }
-    for (Index v = 0; v < carried.rows(); ++v) {
-        if (unknowns_.number[v] < 0) carried.row(v) = positions.row(v);
-    }
-    if (energy(encoding_, unknowns_, carried, options.threads, execution) <
-        energy(encoding_, unknowns_, positions, options.threads, execution)) {
-        positions = std::move(carried);
-    }
 }
 
 }  // namespace meanvalue

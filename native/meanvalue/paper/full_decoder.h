@@ -25,10 +25,6 @@ class FullDecoder : public Decoder {
     Index longest_ring() const override { return encoding_.longest_ring(); }
 
   private:
-    /// The better of two starts: the free vertices left where they are, or carried along with the fixed ones.
-    void choose_start(const MinimiseOptions& options, SparseCholesky& cholesky, Positions& positions,
-                      Execution& execution) const;
-
     double diagonal_;
     Unknowns unknowns_;
     SparseCholesky analysed_;

@@ -21,7 +21,9 @@ class Jacobian {
   public:
     explicit Jacobian(const Unknowns& unknowns) : unknowns_(unknowns) {}
 
+    /// Of a fixed vertex: nothing.
     void add(std::size_t row, Index vertex, const Matrix3& block) {
+        if (unknowns_.number[vertex] < 0) return;
         for (Index r = 0; r < 3; ++r) {
             for (Index c = 0; c < 3; ++c)
                 entries_.emplace_back(3 * static_cast<Index>(row) + r, 3 * unknowns_.number[vertex] + c, block(r, c));
@@ -61,7 +63,7 @@ bool is_singular(const Matrix3& diagonal) {
 }  // namespace
 
 GaussNewtonSystem linearise(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& positions,
-                            const Positions* fixed_moves, const Execution& execution) {
+                            const Execution& execution) {
     Jacobian jacobian(unknowns);
     Eigen::VectorXd residuals(3 * static_cast<Eigen::Index>(unknowns.rows.size()));
     std::vector<Matrix3> blocks;
@@ -70,18 +72,11 @@ GaussNewtonSystem linearise(const Encoding& encoding, const Unknowns& unknowns, 
         const Index i = unknowns.rows[row];
         const EncodedRing ring = encoding.ring_of(i);
         blocks.resize(ring.valence);
-        Vector3 residual = Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
-        const auto add = [&](Index vertex, const Matrix3& block) {
-            if (unknowns.number[vertex] >= 0) {
-                jacobian.add(row, vertex, block);
-            } else if (fixed_moves != nullptr) {
-                residual += block * fixed_moves->row(vertex).transpose();
-            }
-        };
-        add(i, Matrix3::Identity());
+        residuals.segment<3>(3 * static_cast<Eigen::Index>(row)) =
+            Vector3(positions.row(i)) - predict_with_jacobian(ring, positions, blocks.data());
+        jacobian.add(row, i, Matrix3::Identity());
         for (Index k = 0; k < ring.valence; ++k)
-            add(ring.ring[k], -blocks[k]);
-        residuals.segment<3>(3 * static_cast<Eigen::Index>(row)) = residual;
+            jacobian.add(row, ring.ring[k], -blocks[k]);
     }
     const SparseMatrix matrix = jacobian.matrix();
     return {normal_matrix(matrix, execution), matrix.transpose() * residuals};
@@ -92,11 +87,9 @@ SparseMatrix smoothness_metric(const Encoding& encoding, const Unknowns& unknown
     for (std::size_t row = 0; row < unknowns.rows.size(); ++row) {
         const Index i = unknowns.rows[row];
         const EncodedRing ring = encoding.ring_of(i);
-        if (unknowns.number[i] >= 0) jacobian.add(row, i, Matrix3::Identity());
-        for (Index k = 0; k < ring.valence; ++k) {
-            if (unknowns.number[ring.ring[k]] >= 0)
-                jacobian.add(row, ring.ring[k], -ring.weights[k] * Matrix3::Identity());
-        }
+        jacobian.add(row, i, Matrix3::Identity());
+        for (Index k = 0; k < ring.valence; ++k)
+            jacobian.add(row, ring.ring[k], -ring.weights[k] * Matrix3::Identity());
     }
     return normal_matrix(jacobian.matrix(), execution);
 }

@@ -15,10 +15,9 @@ struct GaussNewtonSystem {
     Eigen::VectorXd gradient;  ///< J = (I - dF)^T (V - F)
 };
 
-/// @param fixed_moves n x 3, or nullptr: where given, the step that the system leads to belongs to fixed vertices
-/// that move by those rows at the same time (rows of free vertices are not read). @throws Cancelled.
+/// @throws Cancelled.
 GaussNewtonSystem linearise(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& positions,
-                            const Positions* fixed_moves, const Execution& execution);
+                            const Execution& execution);
 
 /// (I - W)^T (I - W): the part of H that does not depend on the pose, in the pattern of H. It measures how unsmooth a
 /// displacement is. @throws Cancelled.

@@ -6,6 +6,7 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/optimise/line_search.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
@@ -34,10 +35,8 @@ constexpr const char* kConverged = "converged";
 /// to = from + length * direction in the rows of free vertices.
 void move_free(const Unknowns& unknowns, const Positions& from, const Eigen::VectorXd& direction, double length,
                Positions& to) {
-    for (std::size_t k = 0; k < unknowns.free.size(); ++k) {
-        const Index v = unknowns.free[k];
-        to.row(v) = from.row(v) + length * direction.segment<3>(3 * static_cast<Eigen::Index>(k)).transpose();
-    }
+    const Eigen::Map<const Positions> moves(direction.data(), direction.size() / 3, 3);
+    to(unknowns.free, Eigen::all) = from(unknowns.free, Eigen::all) + length * moves;
 }
 
 /// Solves matrix * direction = -gradient (equation 19). @return whether the matrix could be factored and the
@@ -134,7 +133,7 @@ class Descent {
 
     void linearise_here() {
         const StageTimer timer(report_.timings, "linearise");
-        system_ = linearise(encoding_, unknowns_, positions_, nullptr, execution_);
+        system_ = linearise(encoding_, unknowns_, positions_, execution_);
         report_.gradient = system_.gradient.norm();
         if (report_.iterations == 0) report_.initial_gradient = report_.gradient;
     }
@@ -196,15 +195,16 @@ DecodeReport minimise(const Encoding& encoding, const Unknowns& unknowns, Sparse
     return report;
 }
 
-Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
-                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
-                             Execution& execution) {
-    GaussNewtonSystem system = linearise(encoding, unknowns, base, &fixed_moves, execution);
-    Eigen::VectorXd direction;
-    Positions result = base + fixed_moves;
-    if (solve_step(system.matrix, system.gradient, cholesky, options.threads, execution, direction))
-        move_free(unknowns, base, direction, 1.0, result);
-    return result;
+void choose_start(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                  const std::vector<char>& is_fixed, int threads, Positions& positions, const Execution& execution) {
+    const Positions all_carried = carry_along(rest, positions, is_fixed);
+    Positions carried = positions;
+    for (const Index v : unknowns.free)
+        carried.row(v) = all_carried.row(v);
+    if (energy(encoding, unknowns, carried, threads, execution) <=
+        energy(encoding, unknowns, positions, threads, execution)) {
+        positions = std::move(carried);
+    }
 }
 
 }  // namespace meanvalue

@@ -29,12 +29,11 @@ struct MinimiseOptions {
 DecodeReport minimise(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
                       const MinimiseOptions& options, Positions& positions, Execution& execution);
 
-/// One Gauss-Newton step away from `base` that moves the fixed vertices by `fixed_moves` at the same time, so that
-/// the free ones follow smoothly instead of being left behind.
-/// @param base n x 3; @param fixed_moves n x 3, zero in the rows of free vertices.
-/// @return n x 3, fixed vertices at base + fixed_moves. @throws Cancelled, SolverFailure.
-Positions follow_fixed_moves(const Encoding& encoding, const Unknowns& unknowns, SparseCholesky& cholesky,
-                             const MinimiseOptions& options, const Positions& base, const Positions& fixed_moves,
-                             Execution& execution);
+/// Where minimise() is to begin: leaves the free vertices in `positions` where they are, or carries them along with
+/// the fixed ones from rest, whichever has the lower energy. Where anchors leave something open, both may end at
+/// energies that are zero but for rounding, and only one is near.
+/// @param rest n x 3; @param is_fixed n flags of the vertices that tell where to; @param positions n x 3.
+void choose_start(const Encoding& encoding, const Unknowns& unknowns, const PositionsView& rest,
+                  const std::vector<char>& is_fixed, int threads, Positions& positions, const Execution& execution);
 
 }  // namespace meanvalue

@@ -5,7 +5,6 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/encoding/encoder.h"
-#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {
@@ -100,18 +99,8 @@ std::vector<Index> PaperDecoder::level_sizes() const {
 
 DecodeReport PaperDecoder::solve_base(int threads, Positions& positions, Execution& execution) const {
     if (base_unknowns_.free.empty()) return {};
-    // The better of two starts: where they are, and carried along with the anchors. Chosen before solving: where
-    // anchors leave something open, both may end at energies that are zero but for rounding, and only one is near.
-    // Where the base mesh has no residuals at all, what follows the anchors is taken.
-    const Positions all_carried = carry_along(rest_, positions, is_fixed_);
-    Positions carried = positions;
-    for (const Index v : base_unknowns_.free)
-        carried.row(v) = all_carried.row(v);
     const Encoding& encoding = hierarchy_.base().encoding;
-    if (energy(encoding, base_unknowns_, carried, threads, execution) <=
-        energy(encoding, base_unknowns_, positions, threads, execution)) {
-        positions = std::move(carried);
-    }
+    choose_start(encoding, base_unknowns_, rest_, is_fixed_, threads, positions, execution);
     MinimiseOptions options;
     options.step_tolerance = kNegligible * diagonal_;
     options.negligible_energy = energy_of(base_unknowns_, kRounding * diagonal_);

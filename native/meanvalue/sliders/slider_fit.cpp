@@ -150,11 +150,10 @@ FrameTargets SliderFit::Bound::known_targets(const PositionsView& targets, const
         }
         if (weight > 0.0 && targets.row(k).allFinite()) frame.known.push_back(k);
     }
-    frame.targets.resize(static_cast<Eigen::Index>(frame.known.size()), 3);
+    frame.targets = targets(frame.known, Eigen::all);
     double sum = 0.0;
-    for (std::size_t row = 0; row < frame.known.size(); ++row) {
-        frame.targets.row(static_cast<Eigen::Index>(row)) = targets.row(frame.known[row]);
-        frame.weights.push_back(weights == nullptr ? 1.0 : weights[frame.known[row]]);
+    for (const Index k : frame.known) {
+        frame.weights.push_back(weights == nullptr ? 1.0 : weights[k]);
         sum += frame.weights.back();
     }
     for (double& weight : frame.weights)  // their mean is 1, so that the noise is that of a usual target

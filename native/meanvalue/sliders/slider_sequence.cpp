@@ -23,14 +23,6 @@ constexpr Index kWindow = 5;
 // A value that never changes may still change by this share of its range from frame to frame.
 constexpr double kLeastStep = 1e-3;
 
-std::vector<Index> frames_with_targets(const std::vector<FrameTargets>& frames, std::size_t least_known) {
-    std::vector<Index> result;
-    for (Index f = 0; f < static_cast<Index>(frames.size()); ++f) {
-        if (frames[f].known.size() >= least_known) result.push_back(f);
-    }
-    return result;
-}
-
 /// Variance of a value's step from frame to frame, by shape. White noise adds alike to differences over one and two
 /// frames, a step adds twice to the latter.
 Eigen::VectorXd step_variances(const SliderModel& model, const std::vector<FrameEstimate>& estimates,
@@ -102,7 +94,10 @@ void fill_gaps(const std::vector<Index>& seen, std::vector<FrameEstimate>& estim
 
 std::vector<FrameEstimate> estimate_sequence(const SliderModel& model, const std::vector<FrameTargets>& frames,
                                              std::size_t least_known, int threads, const Execution& execution) {
-    const std::vector<Index> seen = frames_with_targets(frames, least_known);
+    std::vector<Index> seen;
+    for (Index f = 0; f < static_cast<Index>(frames.size()); ++f) {
+        if (frames[f].known.size() >= least_known) seen.push_back(f);
+    }
     std::vector<FrameEstimate> estimates(frames.size());
     const std::size_t runs = (seen.size() + kRun - 1) / kRun;
     parallel_items(runs, threads, execution, [&](int /*worker*/, std::size_t run) {

@@ -1,5 +1,7 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 
+#include <numeric>
+
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/energy_blocks.h"
 
@@ -55,9 +57,7 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
             gradient.row(number) << sum[0], sum[1], sum[2];
         }
     });
-    double sum = 0.0;
-    for (const double share : workspace.block_energy)
-        sum += share;
+    double sum = std::accumulate(workspace.block_energy.begin(), workspace.block_energy.end(), 0.0);
     if (!soft_constraints_.empty())
         sum += soft_constraints_.add_energy(positions, workspace.soft_targets, workspace.soft_weights, gradient,
                                             threads, execution);

@@ -41,10 +41,7 @@ Positions FastSolve::hessian_answer(Level level, std::size_t stage, const Positi
 /// instead, and minimizing has to begin from a spike.
 void FastSolve::respond(Level level, std::size_t stage, const Positions& moves, Positions& positions) {
     if (moves.isZero(0.0)) return;
-    const Positions answer = hessian_answer(level, stage, moves);
-    const std::vector<Index>& free = level.bound.unknowns.free;
-    for (std::size_t k = 0; k < free.size(); ++k)
-        positions.row(free[k]) += answer.row(k);
+    positions(level.bound.unknowns.free, Eigen::all) += hessian_answer(level, stage, moves);
 }
 
 /// Where none of its anchors counts, it begins at rest: no energy would lead there.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "meanvalue/common/mean_row.h"
@@ -84,11 +85,9 @@ std::vector<Index> HandleResponses::moving(const Positions& moves, double least)
 
 std::vector<Index> HandleResponses::unknown(const std::vector<Index>& handles) const {
     std::vector<Index> found;
-    for (const Index handle : handles) {
-        const bool is_known =
-            std::any_of(known_.begin(), known_.end(), [&](const Known& known) { return known.handle == handle; });
-        if (!is_known) found.push_back(handle);
-    }
+    std::copy_if(handles.begin(), handles.end(), std::back_inserter(found), [&](Index handle) {
+        return std::none_of(known_.begin(), known_.end(), [&](const Known& known) { return known.handle == handle; });
+    });
     return found;
 }
 
