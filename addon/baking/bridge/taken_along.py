@@ -18,7 +18,7 @@ class TakenAlong:
 
     def __init__(self, obj, times, options):
         """@throws SceneError, CacheError where something cannot be baked so; nothing was changed then."""
-        self._paths, self._shapes = {}, {}  # by name: (as the modifier shows it, in full); for keys [n x 3]
+        self._paths, self._made = {}, {}  # by name: (as the modifier shows it, in full); [n x 3] for keys, or none
         for _line, other in worn.taken(obj):
             stem, name = options.path.strip().removesuffix(".pc2"), file_name(bpy.path.clean_name(other.name))
             own = types.SimpleNamespace(**{**vars(options), "path": stem and f"{stem}_{name}.pc2"})
@@ -30,7 +30,7 @@ class TakenAlong:
         for number, shape in enumerate(shapes):
             for follower, others in along.followers(obj):
                 for other, found in zip(others, follower.follow(shape), strict=True):
-                    self._shapes.setdefault(other.name, []).append(found)
+                    self._made.setdefault(other.name, []).append(found)
             yield number / len(shapes)
 
     def write(self, obj, rows, plan):
@@ -38,14 +38,17 @@ class TakenAlong:
         for follower, others in along.followers(obj):
             key = digest(plan.key, *follower.key, *follower.places)
             homes = [(self._paths[other.name][1], key, plan.header_of(len(other.data.vertices))) for other in others]
+            self._made.update({other.name: [] for other in others})
             if all(point_cache.is_current(*home) for home in homes):
                 continue
             caches = [point_cache.Begun(*home) for home in homes]
             for begin, end in plan.chunks():
-                shapes = zip(*(follower.follow(np.array(row)) for row in rows[begin:end]), strict=True)
-                for cache, found in zip(caches, shapes, strict=True):
+                shapes = []
+                for row in rows[begin:end]:
+                    shapes.append(follower.follow(np.array(row)))
+                    yield (begin + len(shapes)) / len(rows)
+                for cache, found in zip(caches, zip(*shapes, strict=True), strict=True):
                     cache.write(begin, np.array(found), [""] * (end - begin))
-                yield end / len(rows)
             for cache, other, home in zip(caches, others, homes, strict=True):
                 cache.become_whole()
                 preparing.write_marker(home[0], other, key)
@@ -53,10 +56,10 @@ class TakenAlong:
     def play(self, obj, plan, times):
         """times: of the shapes that were chosen. Returns notes."""
         notes = along.problems(obj)
-        for other in (each for each in along.group(obj)[1:] if each.name in self._paths):
+        for other in (each for each in along.group(obj)[1:] if each.name in self._made):
             playing.take_back(other)
-            if self._shapes:
-                notes += playing.play_keys(other, times, self._shapes.get(other.name, []))
+            if self._made[other.name]:
+                notes += playing.play_keys(other, times, self._made[other.name])
             else:
                 playing.play_cache(other, self._paths[other.name][0], plan.header_of(len(other.data.vertices)))
         return notes

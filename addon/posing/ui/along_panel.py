@@ -35,9 +35,9 @@ class MEANVALUE_PT_along(PosingPart, bpy.types.Panel):
         return super().poll(context) and worn.carrier(subject.of(context)) is None
 
     def draw_header_preset(self, context):
-        count, problems = len(worn.taken(subject.of(context))), along.problems(subject.of(context))
-        text = wording.counted(count, "object") if count or problems else ""
-        self.layout.label(text=text, icon='ERROR' if problems else 'NONE')
+        count, alone = len(worn.taken(subject.of(context))), len(along.problems(subject.of(context)))
+        text = f"{count} of {count + alone}" if alone else wording.counted(count, "object") if count else ""
+        self.layout.label(text=text)
 
     def draw(self, context):
         layout, obj = self.layout, subject.of(context)
