@@ -8,7 +8,7 @@ from ..scene import along, subject, worn
 from . import handle_properties, old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
-from .operators import drive_by_bone, find_along, grab, handles, pose, region, select_problems, solve, tool_choice
+from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
 from .ui import along_panel, grab_tool, menus, overlay, panel
 
 
@@ -44,7 +44,7 @@ ROOM = Room(
     },
     modules=(
         *(handle_properties, properties),
-        *(grab, handles, select_problems, pose, drive_by_bone, solve, region, find_along),
+        *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
         *(panel, along_panel, menus),
     ),
     settings=properties.Settings.__annotations__,

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes handles and pins of selected vertices or of vertex groups; what is done with those that are there."""
+"""Makes handles and pins of selected vertices or of vertex groups; what is done with those that are there, and which
+objects go along."""
 
 import bpy
 import numpy as np
@@ -8,7 +9,7 @@ from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
 from ...rooms import ALL
-from ...scene import actions, rig_space, selection, shape_keys, subject, vertex_groups
+from ...scene import actions, along, rig_space, selection, shape_keys, subject, vertex_groups, worn
 from ...scene.core.point_sets import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import control_places, controls, members, new_handles, region, scene_input
@@ -228,6 +229,19 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
                 insert_keyframes(mover, notes)
             keyed = len(movers), "control"
         return f"Keyframes on {wording.counted(*keyed)} at frame {bpy.context.scene.frame_current}", notes
+
+
+class MEANVALUE_OT_find_along(MeshOperator, bpy.types.Operator):
+    """List the children of the mesh, the meshes on its armature, and selected ones that lie on it"""
+
+    bl_label = "Find"
+    needs_object_mode = False
+
+    def run(self, obj):
+        worn.remove_deleted(obj)
+        found = worn.find(obj)
+        obj.update_tag()
+        return f"{wording.counted(found, 'object')} found", along.problems(obj)
 
 
 def insert_keyframes(mover, notes):
