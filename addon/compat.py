@@ -119,6 +119,15 @@ def _has_simulation(tree):
     return any(each.type == 'SIMULATION_OUTPUT' or _has_simulation(getattr(each, "node_tree", None)) for each in nodes)
 
 
+def add_geometry_sockets(tree):
+    """Gives a new group of nodes its input and its output."""
+    for side, collection in (('INPUT', "inputs"), ('OUTPUT', "outputs")):
+        if hasattr(tree, collection):  # before 4.0
+            getattr(tree, collection).new('NodeSocketGeometry', "Geometry")
+        else:
+            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
+
+
 def file_handler():
     """The class of what takes files that are dropped on a window (4.1 and later), or None."""
     return getattr(bpy.types, "FileHandler", None)

@@ -33,6 +33,11 @@ HANDLES_ATTRIBUTE = "meanvalue_handles"
 CONTROLS_COLLECTION = "Mean-Value Controls"
 CONTROLS_MARK = "meanvalue_controls"
 
+#: Of pose objects: the custom property of their node groups, where vertices were, and how far they are from there.
+POSE_NODES_MARK = "meanvalue_pose"
+HOME_ATTRIBUTE = "meanvalue_home"
+OFFSET_ATTRIBUTE = "meanvalue_offset"
+
 #: Vertex groups that the add-on makes.
 REGION_GROUP = "Region"
 LEFT_OVER_GROUP = "Wrap Left Over"

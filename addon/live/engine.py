@@ -258,7 +258,7 @@ def _change_of(obj, named):
 
 def _modified_by(obj):
     """The objects that the modifiers take, and the one that `obj` hangs on, which may deform it."""
-    if obj.parent is not None:
+    if obj.parent is not None and obj.parent_type != 'OBJECT':  # else its place is all that counts
         yield obj.parent
     for modifier in obj.modifiers:
         for setting in modifier.bl_rna.properties:

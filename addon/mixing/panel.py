@@ -22,13 +22,13 @@ class MEANVALUE_PT_mix(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return subject.object_problem(context.object) is None
+        return subject.object_problem(subject.of(context)) is None
 
     def draw_header(self, context):
-        self.layout.prop(context.object.meanvalue.mix, "is_on", text="")
+        self.layout.prop(subject.of(context).meanvalue.mix, "is_on", text="")
 
     def draw(self, context):
-        layout, obj = self.layout, context.object
+        layout, obj = self.layout, subject.of(context)
         if obj.meanvalue.mix.is_on:
             text, is_problem = engine.status(obj) or ("", False)
             problems = [text] if is_problem else mirrors.notes(obj)

@@ -19,6 +19,7 @@ from . import actions, kept, key_marks, mesh_arrays, mirrors, object_model, pose
 from .core import motion, welding
 from .core.point_sets import bounding_box_diagonal, require_finite
 from .key_marks import Role
+from .pose_object_making import remove_bare
 
 #: Of the mesh's size: what moved less beside the mesh lies where it lay; what is posed by less is still (rounding).
 SAME_PLACE, STILL = 1e-4, 1e-9
@@ -255,5 +256,8 @@ def release(obj):
     for each in group(obj):
         for name in ("result_name", "result_mark"):
             each.meanvalue.property_unset(name)
+    listed = [line.object for line in obj.meanvalue.along if line.object is not None]
     obj.meanvalue.along.clear()
     forget()
+    for each in listed:
+        remove_bare(each)

@@ -19,7 +19,7 @@ import numpy as np
 from .. import compat, wording
 from ..errors import SceneError
 from ..rooms import ALL
-from . import mesh_arrays, pose_key, shape_keys, views
+from . import mesh_arrays, pose_key, pose_objects, shape_keys, views
 from .baked import names_in
 from .core.point_sets import bounding_box_diagonal
 from .core.seen_space import SeenSpace
@@ -234,7 +234,7 @@ def _deformers(obj):
 def _deforms(obj, modifier):
     baked = obj.meanvalue.baked
     is_bake = bool(baked.target) and modifier.name == baked.modifier  # plays in place of the pose
-    if is_bake or not modifier.show_viewport or modifier.type not in DEFORMING:
+    if is_bake or pose_objects.is_ours(modifier) or not modifier.show_viewport or modifier.type not in DEFORMING:
         return False
     return modifier.type != 'NODES' or not compat.simulates(modifier)
 

@@ -5,6 +5,9 @@ import bmesh
 import bpy
 import numpy as np
 
+from ..errors import SceneError
+from . import pose_objects
+
 
 def selected_vertices(obj):
     """Ascending vertex indices, int32. In Edit Mode what is selected there; Blender must have left it to be sure."""
@@ -28,6 +31,7 @@ def leave_edit_mode(obj):
 def choose(obj):
     """Makes `obj` the only selected object, and the active one."""
     layer = bpy.context.view_layer
+    obj = obj if obj.visible_get() else pose_objects.shown(obj)
     for other in layer.objects:
         if other is not None and other.select_get():  # None was deleted a moment ago
             other.select_set(False)
@@ -39,8 +43,10 @@ def choose(obj):
 def edit_with_selected(obj, vertices):
     """Goes to Edit Mode on the active object, where the vertices with these indices are selected and nothing else.
 
-    Hidden ones, which could not be selected, are shown. Returns sentences on that.
+    Hidden ones, which could not be selected, are shown. Returns sentences on that. @throws SceneError.
     """
+    if not obj.visible_get():
+        raise SceneError(f"'{obj.name}' is hidden, so it cannot be edited. Show it first (the eye in the Outliner)")
     bpy.context.tool_settings.mesh_select_mode = (True, False, False)
     bpy.ops.object.mode_set(mode='EDIT')
     # Not before: writing whether edges are selected, also as an attribute, goes astray in Blender 5.0.1, or ends it.

@@ -7,15 +7,17 @@ import numpy as np
 from .. import wording
 from ..errors import SceneError
 from ..rooms import ALL
+from . import pose_objects
 from .core import motion
 
 
 def of(context):
-    """The object that the artist works on: the active one, or the mesh that it stands for; None for none."""
+    """The object that the artist works on: the active one, or the mesh that it stands for, or that stands for it in
+    this file; None for none."""
     active = context.object
-    if active is None or active.type == 'MESH':
-        return active
-    return next(filter(None, (find(active) for find in ALL.finders)), active)
+    if active is not None and active.type != 'MESH':
+        active = next(filter(None, (find(active) for find in ALL.finders)), active)
+    return pose_objects.of(active) or active
 
 
 def object_problem(obj):
@@ -25,15 +27,15 @@ def object_problem(obj):
     if obj.type != 'MESH':
         return f"'{obj.name}' is not a mesh. Click a mesh object"
     if obj.library is not None:
-        return f"'{obj.name}' is linked from another file. Make it local (Object > Relations), or pose it there"
-    if obj.override_library is not None or obj.data.override_library is not None:
-        # Blender saves neither new shape keys nor our settings of what is an override.
-        linked = (obj.override_library or obj.data.override_library).reference.library
-        file = f" ({linked.filepath})" if linked else ""
-        return f"'{obj.name}' is a library override: its shape keys are not saved. Pose it in its own file{file}"
-    if obj.data.library is not None:
-        return f"The mesh of '{obj.name}' is linked from another file. Make it local (Object > Relations)"
-    return None
+        return f"'{obj.name}' is linked from another file. Make it an override (Object > Library Override > Make)"
+    if pose_objects.is_foreign(obj):
+        return f"'{obj.name}' is of another file. Press on it with Grab, which makes an object here that holds its pose"
+    return pose_objects.problem(obj)
+
+
+def problem_to_begin(obj):
+    """As object_problem(), but for what can be made ready by pose_object_making.py."""
+    return None if pose_objects.is_foreign(obj) else object_problem(obj)
 
 
 def mode_problem(obj):
@@ -60,12 +62,13 @@ def sharing_notes(obj):
 
 def other_mesh(context, obj, chosen=None):
     """The mesh whose shape `obj` takes: `chosen`, or else the other one that is selected. @throws SceneError."""
+    own = obj, pose_objects.shown(obj)
     if chosen is None:
-        others = [other for other in context.selected_objects if other != obj and other.type == 'MESH']
+        others = [other for other in context.selected_objects if other not in own and other.type == 'MESH']
         if len(others) != 1:
             raise SceneError(f"{len(others)} other meshes are selected. Select one, then Shift-click '{obj.name}'")
         return others[0]
-    if chosen.type != 'MESH' or chosen == obj:
+    if chosen.type != 'MESH' or chosen in own:
         raise SceneError(f"'{chosen.name}' is no other mesh. Choose one whose shape '{obj.name}' can take")
     return chosen
 

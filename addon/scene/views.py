@@ -7,6 +7,8 @@ import textwrap
 
 import bpy
 
+from . import pose_objects
+
 #: Told apart without looking alike to most eyes (Okabe and Ito 2008).
 COLORS = (
     (0.90, 0.62, 0.00),
@@ -30,6 +32,7 @@ def draw_again(region_type=None, area_type='VIEW_3D'):
 
 def show_in_local_views(obj, beside):
     """A new object is to be seen where `beside` is looked at alone (Local View)."""
+    beside = pose_objects.shown(beside)
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             space = area.spaces.active
@@ -43,6 +46,7 @@ def is_visible(obj, space):
     Blender keeps for originals no word of Local View that visible_in_viewport_get() could read.
     """
     depsgraph = bpy.context.view_layer.depsgraph
+    obj = pose_objects.shown(obj)
     evaluated = obj if depsgraph is None else obj.evaluated_get(depsgraph)
     return obj.visible_get(viewport=space) and evaluated.visible_in_viewport_get(space)
 
@@ -53,6 +57,7 @@ ENABLE = "Enable it (the monitor in the Outliner, the tick of its collection) an
 
 def is_evaluated(obj):
     """Whether Blender evaluates an object in this view layer on its own account. Hidden by the eye it does."""
+    obj = pose_objects.shown(obj)
     if obj.visible_get():
         return True
     return not obj.hide_viewport and _is_reached(bpy.context.view_layer.layer_collection, obj, "hide_viewport")
@@ -63,7 +68,8 @@ def _is_reached(layer_collection, obj, switch):
     collection = layer_collection.collection
     if getattr(collection, switch):
         return False
-    if not layer_collection.exclude and collection.objects.get(obj.name) == obj:
+    found = None if layer_collection.exclude else collection.objects.get(obj.name)
+    if found == obj or (found is not None and obj in collection.objects[:]):  # a linked one may have its name
         return True
     return any(_is_reached(child, obj, switch) for child in layer_collection.children)
 
@@ -71,6 +77,7 @@ def _is_reached(layer_collection, obj, switch):
 def is_pressable(obj, context):
     """Whether a press in the 3D View can be meant for what it shows of the object: not for wire, which shows what is
     behind, nor for what cannot be selected."""
+    obj = pose_objects.shown(obj)
     is_solid = obj.display_type not in {'WIRE', 'BOUNDS'} and not obj.hide_select
     is_solid = is_solid and _is_reached(context.view_layer.layer_collection, obj, "hide_select")
     return is_solid and is_visible(obj, context.space_data)
@@ -79,7 +86,7 @@ def is_pressable(obj, context):
 @contextlib.contextmanager
 def where_shown(obj):
     """Timers and handlers act in the first window's scene. Inside, the context is that of a window that has `obj`."""
-    windows = bpy.context.window_manager.windows
+    windows, obj = bpy.context.window_manager.windows, pose_objects.shown(obj)
     if len(windows) < 2 or obj.visible_get():  # looking names up goes through all objects
         yield
         return

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import compat
 from ..errors import MeanValueError
-from . import actions, mesh_arrays, shape_keys, subject
+from . import actions, mesh_arrays, pose_object_making, pose_objects, shape_keys, subject
 from .core import motion
 from .core.point_sets import bounding_box_diagonal
 from .surface import Surface
@@ -36,13 +36,12 @@ def taken(obj):
 def problem(obj, other):
     """Why `other` is left alone, in words, or None. Cheap enough for drawing."""
     name, found = f"'{other.name}'", subject.object_problem(other) or shape_keys.absolute_problem(other)
-    itself = [each for each in (other.parent_type, *(each.type for each in other.modifiers)) if each in BY_ITSELF]
     key = None if found else shape_keys.result(other)
     source = key and actions.source_of(key)
+    if _by_itself(other):
+        return f"{name} follows by itself: {_by_itself(other)[0].replace('_', ' ').title()}"
     if found:
         return found
-    if itself:
-        return f"{name} follows by itself: {itself[0].replace('_', ' ').title()}"
     if other.data.users - other.data.use_fake_user > 1:
         return f"{name} shares its mesh with other objects. Make it a single user (Object > Relations)"
     if motion.is_flat(np.array(other.matrix_world, np.float64)) or not len(other.data.vertices):
@@ -52,6 +51,11 @@ def problem(obj, other):
     if _carrier_key(other) not in {None, compat.session_key(obj)}:
         return f"{name} goes along with another mesh already. Untick it there"
     return None
+
+
+def _by_itself(other):
+    ways = pose_objects.shown(other).parent_type, *(each.type for each in other.modifiers)
+    return [each for each in ways if each in BY_ITSELF]
 
 
 def carrier(other):
@@ -84,19 +88,22 @@ def forget():
 
 def find(obj):
     """Lists children of the mesh, meshes on its armature, and selected ones that lie on it. Returns how many are new.
-    What is on the armature and does not lie on the mesh is not ticked."""
+    What is on the armature and does not lie on the mesh is not ticked. What is another file's gets a pose object."""
     known, rigs = {line.object for line in obj.meanvalue.along}, _rigs(obj)
     before, surface = len(known), functools.cache(lambda: _surface(obj))
-    for other in bpy.context.scene.objects:
-        if other.type != 'MESH' or other == obj or other in known:
+    for other in list(bpy.context.scene.objects):
+        posed = pose_objects.of(other) or other
+        if other.type != 'MESH' or pose_objects.shown(other) != other or posed == obj or posed in known:
             continue
-        is_on_rig, is_child = rigs & _rigs(other), obj in _parents(other)
+        is_on_rig, is_child = rigs & _rigs(other), pose_objects.shown(obj) in _parents(other)
         is_near = is_child or ((is_on_rig or other.select_get()) and _lies_on(obj, surface, other))
         if is_near or is_on_rig:
+            if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
+                posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
-            line.name, line.object = other.name, other
+            line.name, line.object = other.name, posed
             line.is_taken = bool(is_near)
-            known.add(other)
+            known.add(posed)
     forget()
     return len(known) - before
 

@@ -5,7 +5,7 @@ import bpy
 
 from .. import compat, wording
 from ..errors import CancelledError, MeanValueError, SceneError
-from ..scene import subject, views
+from ..scene import pose_object_making, subject, views
 
 
 class Reporting:
@@ -98,6 +98,9 @@ class MeshOperator(Reporting):
     #: Operators that only edit the settings work in every mode.
     needs_object_mode = True
 
+    #: Whether it can begin on a mesh of another file: a pose object is made then.
+    begins = False
+
     #: What else may be in the way: functions of the object to why it is not available, or None.
     problems = ()
 
@@ -119,7 +122,7 @@ class MeshOperator(Reporting):
     @classmethod
     def problem(cls, obj):
         """Why the operator is not available for `obj`, or None."""
-        problem = subject.object_problem(obj)
+        problem = (subject.problem_to_begin if cls.begins else subject.object_problem)(obj)
         if problem is None and cls.needs_object_mode:
             problem = subject.mode_problem(obj)
         for find in cls.problems:
@@ -128,7 +131,8 @@ class MeshOperator(Reporting):
 
     def execute(self, context):
         try:
-            message, warnings = self.run(self.worked_on(context))
+            with pose_object_making.ready(self.worked_on(context)) as (obj, made):
+                message, warnings = self.run(obj)
         except MeanValueError as error:
             return self.refuse(error)
-        return self.tell(message, warnings)
+        return self.tell([message, *made] if made else message, warnings)

@@ -176,7 +176,8 @@ def first_object(context, region, view, mouse):
     for instance in context.evaluated_depsgraph_get().object_instances:
         obj = instance.object  # gone at the next one; text and curves have an instance that is a mesh
         way, place = _hit(obj, instance.matrix_world, ray) if obj.type == 'MESH' else (np.inf, None)
-        if way < least and views.is_pressable(obj.original, context):
+        is_linked = instance.is_instance and obj.original.library is not None  # then the Empty alone is in the scene
+        if way < least and views.is_pressable(instance.parent.original if is_linked else obj.original, context):
             least, found = way, (obj.original, None if instance.is_instance else place)
     return found
 

@@ -7,7 +7,7 @@ import types
 import bpy
 import numpy as np
 import pytest
-from support import libraries, meshes, steps, tasks
+from support import baking, handles, libraries, meshes, steps, tasks
 from support.snapshot import assert_same, snapshot
 
 BIND = (bpy.ops.meanvalue.bind,)
@@ -39,18 +39,6 @@ def test_wrong_mode(mode):
     obj = steps.posed_grid(meshes.grid())
     bpy.ops.object.mode_set(mode=mode)
     assert_refused_unchanged(obj, ALL, "'Grid'", "Object Mode")
-
-
-@pytest.mark.parametrize("kind", ["objects", "meshes"])
-def test_what_is_linked(tmp_path, kind):
-    path = str(tmp_path / "library.blend")
-    steps.posed_grid(meshes.grid())
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    (found,) = libraries.load(path, kind, ["Grid"], link=True)
-    obj = found if kind == "objects" else meshes.new_object("Local", found)
-    meshes.activate(obj)
-    assert_refused_unchanged(obj, ALL, f"'{obj.name}'", "linked", "Make it local")
 
 
 # -- handles, region, keys and numbers -------------------------------------------------------------------------------
@@ -327,3 +315,33 @@ def test_refused_with_a_reason_or_without_an_error(kind, tmp_path):
             if refusal not in str(error) or "context is incorrect" in str(error):
                 wrong.append((name, str(error)))
     assert wrong == []
+
+
+@pytest.mark.parametrize("way", ["handles", "bake"])
+def test_keyframes_go_into_a_copy_of_a_linked_action(tmp_path, way):
+    """Into the linked one they would be gone when the file is opened again."""
+    obj, control = baking.animated_tube()
+    animated = control if way == "handles" else obj.shape_key_add(name="Smile").id_data
+    if way == "bake":
+        animated.key_blocks["Smile"].keyframe_insert("value", frame=1)
+    animation = animated.animation_data
+    action = animation.action = libraries.linked(tmp_path, animation.action, "actions")
+    before = [len(curve.keyframe_points) for curve in baking.curves(animated)]
+    bpy.context.scene.frame_set(40)
+    if way == "handles":
+        assert bpy.ops.meanvalue.keyframe_handles() == {'FINISHED'}
+    else:
+        baking.bake(target='SHAPE_KEYS')
+    assert animation.action.library is None
+    assert [len(curve.keyframe_points) for curve in baking.curves(animated)] != before
+    animation.action = action
+    assert [len(curve.keyframe_points) for curve in baking.curves(animated)] == before
+
+
+def test_a_linked_control_takes_no_keyframes(tmp_path, capfd):
+    obj, _control = handles.tube()
+    prop = libraries.linked(tmp_path, meshes.new_object("Prop"), "objects")
+    obj.meanvalue.handles["Top"].control = prop
+    meshes.activate(obj)
+    bpy.ops.meanvalue.keyframe_handles()
+    assert prop.animation_data is None and "would not be saved" in capfd.readouterr().out

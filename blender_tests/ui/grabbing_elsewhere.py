@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from harness import grab, view
 from support import libraries, meshes, steps
+from support.interface import is_settled
 
 
 def an_image_of_a_mirror_is_dragged(ui):
@@ -88,31 +89,36 @@ def wire_and_what_cannot_be_selected_are_passed_through(ui):
     assert len(front.meanvalue.handles) == 1, ui.reports()
 
 
-def what_is_linked_is_refused_before_anything_is_written(ui):
+def what_is_linked_is_refused_and_what_is_overridden_is_posed_by_an_object_beside(ui):
     yield from grab.set_up(ui)
     obj = grab.ball()
     obj.name = obj.data.name = "Linked"
     linked = libraries.linked(pathlib.Path(tempfile.mkdtemp()), obj, "objects")
     bpy.data.objects.remove(obj)
-    local = bpy.data.objects.new("Local", linked.data)
-    local.location.x = 6.0
-    bpy.context.collection.objects.link(local)
     override = linked.override_create()
-    override.location.x = 12.0
+    override.location.x = 6.0
     bpy.context.collection.objects.link(override)
     bpy.context.view_layer.update()
     ui.remember()
     ui.frame_all()
     yield from ui.pause(0.5)
-    for each in (linked, local, override):
-        for active in (each, None):
-            bpy.context.view_layer.objects.active = active
-            start = ui.project((each.matrix_world.translation.x, -2.0, 0.3))
-            yield from ui.drag_mouse(start, (start[0] + 40, start[1]))
-            yield from ui.click(*start, shift=True)
-            assert not each.meanvalue.handles and not each.meanvalue.live and not each.vertex_groups
-            assert each.data.shape_keys is None and len(bpy.data.objects) == 3
-    assert sum("'Linked' is linked" in line or "The mesh of 'Local'" in line for line in ui.reports()) > 0
+    start = ui.project((0.0, -2.0, 0.3))
+    yield from ui.drag_mouse(start, (start[0] + 40, start[1]))
+    yield from ui.click(*start, shift=True)
+    assert not linked.meanvalue.handles and linked.data.shape_keys is None and len(bpy.data.objects) == 2
+    assert any("'Linked' is linked from another file. Make it an override" in line for line in ui.reports())
+    start, before = ui.project((6.0, -2.0, 0.3)), meshes.seen(override)
+    yield from grab.drag_open(ui, start, 40, 0)
+    assert override.children
+    yield from grab.escape(ui)
+    assert len(bpy.data.objects) == 2 and not bpy.data.node_groups
+    yield from ui.drag_mouse(start, (start[0] + 40, start[1]))
+    (posed,) = (child for child in override.children if child.type == 'MESH')
+    yield from ui.wait_until(lambda: is_settled(posed), "the mesh has followed")
+    assert len(posed.meanvalue.handles) == 1 and not override.meanvalue.handles
+    assert bpy.context.object == override and np.abs(meshes.seen(override) - before).max() > 0.1
+    yield from ui.undo()
+    assert len(bpy.data.objects) == 2 and np.array_equal(meshes.seen(bpy.data.objects["Linked", None]), before)
 
 
 def local_view(ui):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions, selection
+from ...scene import actions, pose_objects, selection
 from ...scene.core import sample_times
 from ..core import units
 
@@ -97,7 +97,7 @@ def of_marker(obj):
 
 def chosen(context):
     """The take that the artist works on: of the active marker, else of the active mesh, else the only one; or None."""
-    active = context.object
+    active = pose_objects.of(context.object) or context.object
     if active is not None:
         own = of_marker(active)
         if own is not None:

@@ -10,7 +10,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ... import compat, wording
 from ...errors import MeanValueError, MotionFileError, SceneError
-from ...scene import selection
+from ...scene import pose_objects, selection
 from ...scene.core import sample_times
 from ...widgets.base import Reporting
 from ..bridge import takes
@@ -143,7 +143,7 @@ def _seen_span(take):
 
 def _go_on_with(context, collections):
     """A mesh that is being worked on stays active and gets the take, if it has none; else the markers are selected."""
-    active = context.object
+    active = pose_objects.of(context.object) or context.object
     if active is not None and active.type == 'MESH':
         if active.meanvalue.capture.take is None:
             active.meanvalue.capture.take = collections[0]

@@ -7,7 +7,7 @@ from mathutils import Color
 
 from ... import compat, ids, wording
 from ...errors import require_none
-from ...scene import rig_space, selection, shape_keys, vertex_groups, views
+from ...scene import pose_objects, rig_space, selection, shape_keys, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
@@ -163,7 +163,7 @@ def put_beside(obj, control):
         home.objects.link(control)
     orphans.made(control, obj)
     views.show_in_local_views(control, obj)
-    if obj.visible_get() and not control.visible_get():  # the artist has put the others out of sight
+    if pose_objects.shown(obj).visible_get() and not control.visible_get():  # the others were put out of sight
         for home in homes:
             home.objects.link(control)
 

@@ -8,7 +8,7 @@ from mathutils import Vector
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError, require_none
 from ...live import engine
-from ...scene import selection, subject
+from ...scene import pose_object_making, pose_objects, selection, subject
 from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
@@ -86,22 +86,24 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             if context.mode != 'OBJECT':
                 raise SceneError("Grab works in Object Mode. Go back to Object Mode")
             obj = context.view_layer.objects.get(self.object_name) if self.object_name else subject.of(context)
-            require_none(subject.object_problem(obj) or subject.mode_problem(obj))
-            if self.handle not in obj.meanvalue.handles:
+            obj = pose_objects.of(obj) or obj
+            require_none(subject.problem_to_begin(obj) or subject.mode_problem(obj))
+            if pose_objects.is_foreign(obj) or self.handle not in obj.meanvalue.handles:
                 picking.require_vertex(obj, self.vertex)
-            if self.pin:
-                message = new_handles.toggle_pin(obj, self.vertex, self.size, self.handle)
-                if obj != subject.of(context):
-                    selection.choose(obj)
-                return self.tell(message, [])
-            grip = Grip(obj, self.vertex, self.size, self.handle)
-            if self.properties.is_property_set("size"):
-                grip.resize(obj, self.size)
-            grip.move(obj, Vector(self.offset))
-            _select_control(context, obj, grip)
+            with pose_object_making.ready(obj) as (obj, made):
+                if self.pin:
+                    message = new_handles.toggle_pin(obj, self.vertex, self.size, self.handle)
+                    if obj != subject.of(context):
+                        selection.choose(obj)
+                    return self.tell([message, *made], [])
+                grip = Grip(obj, self.vertex, self.size, self.handle)
+                if self.properties.is_property_set("size"):
+                    grip.resize(obj, self.size)
+                grip.move(obj, Vector(self.offset))
+                _select_control(context, obj, grip)
         except MeanValueError as error:
             return self.refuse(error)
-        return self.tell(*_outcome(obj, grip, Vector(self.offset)))
+        return self.tell(*_outcome(obj, grip, Vector(self.offset), made))
 
     def invoke(self, context, event):
         if self.choose_tool or context.mode != 'OBJECT':
@@ -124,11 +126,11 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     def _press(self, context):
         """Finds what was pressed on. Returns the object. @throws SceneError."""
         obj, self._pressed, self._covered = pressing.find_pressed(context, self._start)
-        self.object_name = obj.name
+        self.object_name = pose_objects.shown(obj).name  # a pose object may be made for it
         self.remember_object(obj)
         self.vertex = self._pressed.vertex
-        index = None if self._pressed.handle else new_handles.handle_at(obj, self.vertex)
-        self.handle = self._pressed.handle if index is None else obj.meanvalue.handles[index].name
+        held = None if self._pressed.handle or pose_objects.is_foreign(obj) else new_handles.handle_at(obj, self.vertex)
+        self.handle = self._pressed.handle if held is None else obj.meanvalue.handles[held].name
         self._fits = self._is_to_fit = not (self.handle or self.pin) and tool_choice.fits(context)
         if self._fits:
             self.size = tool_choice.FIRST_SIZE
@@ -190,9 +192,11 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 raise SceneError(pressing.in_front(obj, self._covered))
             self._fit(context, obj)
             self._size_taken = self.size
-            self._grip = Grip(obj, self.vertex, self.size, self.handle)
+            with pose_object_making.ready(obj) as (obj, self._made):
+                self._grip = Grip(obj, self.vertex, self.size, self.handle)
+            self.remember_object(obj)
             self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
-            context.view_layer.objects.active = obj  # Properties and overlay show what is posed
+            context.view_layer.objects.active = pose_objects.shown(obj)  # Properties and overlay show what is posed
         self.offset = self._pressed.turn @ (self._on_plane(context, self._mouse) - self._on_plane(context, self._start))
         self._grip.move(obj, Vector(self.offset))
 
@@ -228,7 +232,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if not self._grip.is_new and handle.size != self.size:
             self.properties.property_unset("size")  # or the last-operation panel would give it one
         _select_control(context, obj, self._grip)
-        message, notes = _outcome(obj, self._grip, Vector(self.offset))
+        message, notes = _outcome(obj, self._grip, Vector(self.offset), self._made)
         if context.scene.tool_settings.use_keyframe_insert_auto:
             insert_keyframes(controls.mover(handle), notes)
         return self.tell(message, notes)
@@ -236,7 +240,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     def _click(self, context, obj):
         """Selects what is there, as Blender does: the control of a handle, or a mesh that was not the active one."""
         handle = obj.meanvalue.handles.get(self.handle)
-        if handle is None and context.view_layer.objects.active == obj:
+        if handle is None and context.view_layer.objects.active == pose_objects.shown(obj):
             self.report({'INFO'}, "Press and drag to grab the mesh here; Shift-click pins it.")
             return {'CANCELLED'}
         if handle is not None:
@@ -252,6 +256,8 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             obj = self.object()
             self._grip.take_back(obj)
             engine.look_again(obj)
+            if self._made:
+                pose_object_making.remove(obj)
             context.view_layer.objects.active = bpy.data.objects.get(self._active)
         return {'CANCELLED'}
 
@@ -271,11 +277,11 @@ def _select_control(context, obj, grip):
     handle = grip.handle(obj)
     if handle.control.name in context.view_layer.objects:
         controls.select(handle)
-    context.view_layer.objects.active = obj
+    context.view_layer.objects.active = pose_objects.shown(obj)
 
 
-def _outcome(obj, grip, offset):
-    """(message, [notes])."""
+def _outcome(obj, grip, offset, made):
+    """([message, details], [notes]). made: of ready()."""
     notes = list(grip.notes(obj))
     scene_input.model(obj).read(obj)
     known = scene_input.known(obj)
@@ -291,4 +297,4 @@ def _outcome(obj, grip, offset):
     live = engine.status(obj)
     if live is not None and live[1]:
         notes.append(live[0])
-    return message, notes
+    return [message, *made], notes

@@ -29,6 +29,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
 
     bl_label = "Add Handle"
     switch = "pin"
+    begins = True
     needs_object_mode = False
     problems = (_problem,)
 

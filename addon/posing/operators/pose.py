@@ -11,6 +11,8 @@ from ...live import engine
 from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
 from ...scene.core import point_sets
 from ...scene.key_marks import Role
+from ...scene.pose_object_making import remove_bare
+from ...scene.pose_objects import shown
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import control_places, controls, examples, new_handles, posing, region, targets
@@ -108,7 +110,7 @@ SAME_POSE = 1e-4
 
 def _finish_problem(obj):
     """Why there is nothing to finish, or it is not this object's alone, as a sentence, or None."""
-    if not obj.meanvalue.handles and not shape_keys.result(obj):
+    if not obj.meanvalue.handles and not shape_keys.result(obj) and shown(obj) == obj:
         return f"'{obj.name}' has no handles, pins or pose, so there is nothing to finish"
     if obj.meanvalue.baked.target:
         return shape_keys.BAKE_PLAYS
@@ -160,8 +162,9 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
         kept, notes = self._keep(obj)
         for other in _with_the_pose(obj):
             other.meanvalue.live = False
-        removed = remove_what_was_made(obj)
-        return f"{kept}. {removed} removed", [*notes, *subject.sharing_notes(obj)]
+        removed, notes = remove_what_was_made(obj), [*notes, *subject.sharing_notes(obj)]
+        remove_bare(obj)
+        return f"{kept}. {removed} removed", notes
 
     def _keep(self, obj):
         """Returns (sentence, [notes])."""
@@ -185,7 +188,7 @@ def remove_what_was_made(obj):
     """Takes away all handles, what was made for them, the region and the binding. Returns how many, in words."""
     settings = obj.meanvalue
     count = len(settings.handles)
-    if bpy.context.object != obj:
+    if bpy.context.object != shown(obj):
         selection.choose(obj)
     for index in reversed(range(count)):
         controls.remove_handle(obj, index)

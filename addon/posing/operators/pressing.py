@@ -6,7 +6,7 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 
 from ...errors import SceneError
-from ...scene import subject, views, worn
+from ...scene import pose_objects, subject, views, worn
 from ...widgets import picking
 from ..bridge import control_places, targets
 
@@ -36,11 +36,12 @@ def find_pressed(context, mouse):
     obj, place = picking.first_object(context, *seen)
     if obj is None:
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
+    obj = pose_objects.of(obj) or obj
     below = worn.carrier(obj)
     if below is not None and place is not None and views.is_pressable(below, context):
         place = below.matrix_world.inverted_safe() @ obj.matrix_world @ Vector(place)
         obj, place = below, np.array(place, np.float32)
-    problem = subject.object_problem(obj) or subject.mode_problem(obj)
+    problem = subject.problem_to_begin(obj) or subject.mode_problem(obj)
     if problem:
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
     pressed = picking.press(obj, *seen, place)

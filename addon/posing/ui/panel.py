@@ -6,7 +6,7 @@ import bpy
 from ... import ids, wording
 from ...live import engine
 from ...rooms import ALL
-from ...scene import key_marks, mirrors, shape_keys, subject, worn
+from ...scene import key_marks, mirrors, pose_objects, shape_keys, subject, worn
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
@@ -74,16 +74,20 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
         problem = subject.object_problem(obj)
         if problem:
             draw_wrapped(layout, context, wording.sentence(problem), icon='INFO')
+            if pose_objects.is_foreign(obj):
+                _draw_grab(layout, context, obj)
             return
         if overlay.problem:
             draw_wrapped(layout, context, wording.sentence(overlay.problem), icon='ERROR')
         carrier = worn.carrier(obj)
         if carrier is not None:
-            text = f"'{obj.name}' goes along with '{carrier.name}'. Press on it with Grab to pose '{carrier.name}'"
+            name = pose_objects.shown(carrier).name
+            text = f"'{pose_objects.shown(obj).name}' goes along with '{name}'. Press on it with Grab to pose '{name}'"
             draw_wrapped(layout, context, wording.sentence(text), icon='INFO')
         if any(draw_top(layout, context, obj) for draw_top in ALL.tops):
             return
-        is_new = carrier is not None or not (obj.meanvalue.handles or shape_keys.result(obj))
+        is_posed = obj.meanvalue.handles or shape_keys.result(obj) or pose_objects.shown(obj) != obj
+        is_new = carrier is not None or not is_posed
         if is_new and carrier is None:
             draw_wrapped(layout, context, HINT, icon='INFO')
         _draw_grab(layout, context, obj)
@@ -201,6 +205,8 @@ def _draw_grab(layout, context, obj):
     is_active = tool_choice.is_active(context)
     button = grab.operator("meanvalue.grab", text="Grab", icon='VIEW_PAN', depress=is_active)
     button.choose_tool = True
+    if pose_objects.is_foreign(obj):
+        return
     column = column_of_settings(layout)
     tool = tool_choice.settings(context)
     if tool is not None:
