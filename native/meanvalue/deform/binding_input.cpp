@@ -38,10 +38,9 @@ double edge_size(const PositionsView& shape, const TrianglesView& faces) {
 bool are_same(const PositionsView& a, const PositionsView& b, double diagonal, const std::vector<Index>& vertices) {
     Similarity motion = fit_similarity(a, b, vertices);
     if (std::abs(motion.scale - 1.0) > kCoincident) return false;
-    double farthest = 0.0;
-    for (const Index v : vertices)
-        farthest = std::max(farthest, (motion.apply(a.row(v).transpose()) - b.row(v).transpose()).norm());
-    return farthest <= kCoincident * diagonal;
+    return std::all_of(vertices.begin(), vertices.end(), [&](Index v) {
+        return (motion.apply(a.row(v).transpose()) - b.row(v).transpose()).norm() <= kCoincident * diagonal;
+    });
 }
 
 }  // namespace

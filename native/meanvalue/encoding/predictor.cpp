@@ -92,14 +92,10 @@ Vector3 predict_with_jacobian(const EncodedRing& ring, const PositionsView& posi
 
 Positions predict_all(const Encoding& encoding, const PositionsView& positions, int threads,
                       const Execution& execution) {
-    Positions predicted(positions.rows(), 3);
+    Positions predicted = positions;
     parallel_for(encoding.vertex_count(), threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
-            if (encoding.predictable(v)) {
-                predicted.row(v) = predict(encoding.ring_of(v), positions);
-            } else {
-                predicted.row(v) = positions.row(v);
-            }
+            if (encoding.predictable(v)) predicted.row(v) = predict(encoding.ring_of(v), positions);
         }
     });
     return predicted;

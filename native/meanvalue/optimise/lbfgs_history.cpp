@@ -72,12 +72,7 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
     const auto numbers = static_cast<std::size_t>(rows_) * 3;
     next_.step.resize(numbers);
     next_.change.resize(numbers);
-    struct Sums {
-        double step = 0.0;  // squared
-        double both = 0.0;
-        double change = 0.0;  // squared
-    };
-    std::vector<Sums> sums(piece_count(rows_));
+    std::vector<Vector3> sums(piece_count(rows_));  // of squared steps, products of both, and squared changes
     parallel_pieces(rows_, threads, execution, [&](Index piece, Index begin, Index end) {
         const std::int64_t first = std::int64_t{3} * begin;
         const std::int64_t count = std::int64_t{3} * (end - begin);
@@ -89,15 +84,10 @@ void LbfgsHistory::remember(double length, const Positions& direction, const Pos
         }
         sums[piece] = {dot(step, step, count), dot(step, change, count), dot(change, change, count)};
     });
-    Sums total;
-    for (const Sums& of_piece : sums) {
-        total.step += of_piece.step;
-        total.both += of_piece.both;
-        total.change += of_piece.change;
-    }
+    const Vector3 total = std::accumulate(sums.begin(), sums.end(), Vector3(Vector3::Zero()));
+    next_.curvature = total[1];
     // Where the energy curves upwards by more than rounding; written so that what is not a number is not kept.
-    if (!(total.both > kSinglePrecision * std::sqrt(total.step * total.change))) return;
-    next_.curvature = total.both;
+    if (!(next_.curvature > kSinglePrecision * std::sqrt(total[0] * total[2]))) return;
     if (pairs_.size() < kPairs) {
         pairs_.push_back(std::move(next_));
         next_ = Pair();

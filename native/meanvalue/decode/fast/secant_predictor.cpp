@@ -124,9 +124,7 @@ bool SecantPredictor::is_near(const Positions& shape) const {
 }
 
 void SecantPredictor::expect(const Positions& positions) {
-    expected_.resize((positions.rows() + kSampled - 1) / kSampled, 3);
-    for (Index k = 0; k < expected_.rows(); ++k)
-        expected_.row(k) = positions.row(kSampled * k);
+    expected_ = positions(Eigen::seqN(0, (positions.rows() + kSampled - 1) / kSampled, kSampled), Eigen::all);
 }
 
 /// Whether an answer is within a share of the way from the last one of where its solve began; root mean squares.

@@ -6,17 +6,11 @@
 #include "meanvalue/common/parallel.h"
 
 namespace meanvalue {
-namespace {
-
-bool lower_vertex(const SoftAnchor& a, const SoftAnchor& b) {
-    return a.vertex < b.vertex;
-}
-
-}  // namespace
 
 SoftConstraints::SoftConstraints(std::vector<SoftAnchor> anchors, const Unknowns& unknowns)
     : anchors_(std::move(anchors)) {
-    std::sort(anchors_.begin(), anchors_.end(), lower_vertex);
+    std::sort(anchors_.begin(), anchors_.end(),
+              [](const SoftAnchor& a, const SoftAnchor& b) { return a.vertex < b.vertex; });
     for (const SoftAnchor& anchor : anchors_) {
         vertices_.push_back(anchor.vertex);
         places_.push_back(anchor.anchor);
