@@ -102,49 +102,48 @@ class Follower:
 
 
 class _State:
-    """What is known of one object: the pose of the mesh that it shows, of what, and when it was written."""
+    """What is known of a mesh: the pose that is shown by all that goes along, of what, and when it was written."""
 
-    of = stamp = place = None
-    problem, at, size = "", 0.0, 1.0
+    def __init__(self):
+        self.of = self.stamp = None
+        self.at, self.size = 0.0, 1.0
+        self.followers = {}  # of each kind
+        self.places, self.problems = {}, {}  # by the session key of an object
 
 
-_states = {}  # (session key of the mesh, of what goes along): _State
-_followers = {}  # (session key of the mesh, kind): Follower
+_states = {}  # session key of the mesh: _State
 
 
 def forget():
     _states.clear()
-    _followers.clear()
     worn.forget()
 
 
-def _state(obj, other):
-    return _states.setdefault((compat.session_key(obj), compat.session_key(other)), _State())
+def _state(obj):
+    return _states.setdefault(compat.session_key(obj), _State())
 
 
 def followers(obj, taken=None):
-    """[(Follower, its objects)] of a mesh, made anew where anything is another. @throws MeanValueError.
+    """[(Follower, its objects)] of a mesh, made anew where anything is another; what cannot be read is left out.
 
-    taken: as of worn.taken(), if at hand"""
-    carrier, kinds = _shape(obj), {}
-    size = bounding_box_diagonal(carrier.rest)
+    taken: as of worn.taken(), if at hand. @throws MeanValueError."""
+    state, carrier, kinds = _state(obj), _shape(obj), {}
+    state.size, state.places, state.problems = bounding_box_diagonal(carrier.rest), {}, {}
     for line, other in worn.taken(obj) if taken is None else taken:
-        state = _state(obj, other)
         try:
-            shape, state.place, state.size, state.problem = _shape(other), worn.to_carrier(obj, other), size, ""
-            kinds.setdefault(line.kind, []).append((other, shape, state.place))
+            place = state.places[compat.session_key(other)] = worn.to_carrier(obj, other)
+            kinds.setdefault(line.kind, []).append((other, _shape(other), place))
         except MeanValueError as error:
-            state.problem = str(error)
+            state.problems[compat.session_key(other)] = str(error)
     found = []
     for kind, parts in kinds.items():
         others, shapes, places = zip(*parts, strict=True)
-        key = compat.session_key(obj), kind
-        known = _followers.get(key)
+        known = state.followers.get(kind)
         is_same = known and known.key == [each.revision for each in (carrier, *shapes)]
-        if not is_same or not all(map(_is_same_place, places, known.places, [size] * len(places))):
-            _followers.pop(key, None)  # frees its memory first
-            _followers[key] = Follower(carrier, kind, shapes, places, size)
-        found.append((_followers[key], others))
+        if not is_same or not all(map(_is_same_place, places, known.places, [state.size] * len(places))):
+            state.followers.pop(kind, None)  # frees its memory first
+            state.followers[kind] = Follower(carrier, kind, shapes, places, state.size)
+        found.append((state.followers[kind], others))
     return found
 
 
@@ -155,45 +154,52 @@ def _is_same_place(place, other, size):
 
 def problems(obj):
     """Sentences on those that should go along and do not."""
-    ticked = [other for line, other in worn.listed(obj) if line.is_taken]
-    return [each for other in ticked if (each := worn.problem(obj, other) or _state(obj, other).problem)]
+    ticked, known = [other for line, other in worn.listed(obj) if line.is_taken], _state(obj).problems
+    return [each for other in ticked if (each := worn.problem(obj, other) or known.get(compat.session_key(other)))]
 
 
 def is_behind(obj, shape):
     """Whether anything that goes along does not show the pose, n x 3 `shape` as it was handed to pose() last."""
-    return any(not _is_shown(obj, line, other, shape) for line, other in worn.taken(obj))
+    taken = worn.taken(obj) if len(obj.meanvalue.along) else []
+    return bool(taken) and not _is_shown(obj, taken, shape)
 
 
-def _is_shown(obj, line, other, shape):
-    state = _state(obj, other)
-    if state.of is not shape or state.stamp != _stamp(line, other):
+def _is_shown(obj, taken, shape):
+    state = _state(obj)
+    if state.of is not shape or state.stamp != _stamp(taken):
         return False
-    return state.place is None or _is_same_place(worn.to_carrier(obj, other), state.place, state.size)
+    places = ((worn.to_carrier(obj, each), state.places.get(compat.session_key(each))) for _, each in taken)
+    return all(known is None or _is_same_place(place, known, state.size) for place, known in places)
 
 
-def _stamp(line, other):
-    """Another one where the object may be another, or can be written by now."""
-    return line.kind, object_model.of(other, READING).stamp(other), subject.mode_problem(other)
+def _stamp(taken):
+    """Another one where an object may be another, or can be written by now: each may carry others."""
+    models = [(line.kind, other, object_model.of(other, READING)) for line, other in taken]
+    return [(kind, model.stamp(other), subject.mode_problem(other)) for kind, other, model in models]
 
 
 def pose(obj, shape, makes_keys=True):
     """The mesh has the pose n x 3 `shape` now: so has all that goes along, which may need keys that are not there."""
     taken = worn.taken(obj) if len(obj.meanvalue.along) else []
-    lines = {other: line for line, other in taken if makes_keys or shape_keys.result(other)}
-    if all(_is_shown(obj, line, other, shape) for other, line in lines.items()):
+    if not taken or _is_shown(obj, taken, shape):
         return
-    why, found = "", {}
+    state, found, why, now, stamp = _state(obj), {}, "", time.monotonic(), _stamp(taken)
+    compares = stamp != state.stamp or now > state.at + PAUSE_SECONDS
     try:
         for follower, others in followers(obj, taken):
             found.update(zip(others, follower.follow(shape), strict=True))
     except MeanValueError as error:
         why = str(error)
-    for other, line in lines.items():
-        state, stamp, now = _state(obj, other), _stamp(line, other), time.monotonic()
-        state.problem = why or state.problem or subject.mode_problem(other) or ""
-        if other in found and not state.problem:
-            _write(obj, other, found[other], compares=stamp != state.stamp or now > state.at + PAUSE_SECONDS)
-        state.of, state.stamp, state.at = shape, stamp, now
+    state.of, state.stamp, state.at = shape, stamp, now
+    for _, other in taken:
+        key = compat.session_key(other)
+        problem = why or state.problems.get(key) or subject.mode_problem(other)
+        if problem:
+            state.problems[key] = problem
+        elif makes_keys or shape_keys.result(other):
+            _write(obj, other, found[other], compares)
+        else:
+            state.of = None
 
 
 def _write(obj, other, shape, compares):
