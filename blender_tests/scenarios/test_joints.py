@@ -258,3 +258,12 @@ def test_a_hand_beyond_its_arm_stops_there_and_the_panel_says_so(tmp_path):
     bpy.context.scene.frame_set(3)
     handles.update()
     assert not is_told() and length() > 1.2
+
+
+def test_a_press_whose_surroundings_pass_a_knee_reaches_up_to_the_body():
+    obj, _control = limb(LEGS["MakeHuman"])
+    up_to_body, sole = part("posing.bridge.limbs").up_to_body, rigs.BOTTOM[0]
+    assert up_to_body(obj, sole, 4.0) == 4.0 and up_to_body(obj, rigs.TOP[0], 5.5) == 5.5
+    assert rigs.LENGTH < up_to_body(obj, sole, 5.5) < 1.2 * rigs.LENGTH
+    obj.meanvalue.bend_at = 'EVERYWHERE'
+    assert up_to_body(obj, sole, 5.5) == 5.5

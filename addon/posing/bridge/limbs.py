@@ -5,7 +5,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids, wording
-from ...scene import kept, key_marks, key_reading, vertex_groups
+from ...scene import kept, key_marks, key_reading, shape_keys, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ..core import joints, reach, segments
@@ -14,12 +14,37 @@ from . import examples
 #: Kept poses that tell where a mesh bends: what no pose bends is stiff.
 LEAST_POSES = 2
 
+#: Surroundings that are to reach the end of a limb go farther, since they follow the less the farther they are.
+BEYOND = 1.1
+
 
 def choose(obj):
     """A handle is to be made: a mesh that has none yet bends at its rig's joints, unless somebody chose."""
-    settings = obj.meanvalue
-    if not (settings.handles or settings.is_property_set("bend_at")) and _weighted_bones(obj):
-        settings.bend_at = ids.BEND_RIG
+    if _is_to_choose(obj.meanvalue) and _weighted_bones(obj):
+        obj.meanvalue.bend_at = ids.BEND_RIG
+
+
+def _is_to_choose(settings):
+    return not (settings.handles or settings.is_property_set("bend_at"))
+
+
+def up_to_body(obj, vertex, length):
+    """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: if beyond a knee or
+    an elbow of its rig, then to where the limb ends, or that could bend the wrong way alone."""
+    if not (obj.meanvalue.bend_at == ids.BEND_RIG or _is_to_choose(obj.meanvalue)):
+        return length
+    names, bones = obj.vertex_groups.keys(), _weighted_bones(obj)
+    carrying = [each for each in obj.data.vertices[vertex].groups if names[each.group] in bones]
+    if not carrying:
+        return length
+    parents, places = _parents(obj), _places(obj)
+    bone = names[max(carrying, key=lambda each: each.weight).group]
+    place = shape_keys.rest_positions(obj.data)[vertex]
+    for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
+        way = np.linalg.norm(places[lower] - place)
+        if way < length and lower in (bone, *segments.above_of(bone, parents)):
+            length = max(length, BEYOND * (way + np.linalg.norm(places[upper] - places[lower])))
+    return length
 
 
 def signature(obj):
@@ -52,9 +77,7 @@ def read(obj, rest, corners, starts):
 
 
 def _at_rig(obj, rest, corners, starts):
-    bones, parents = _weighted_bones(obj), {}
-    for rig in _rigs(obj):
-        parents.update({bone.name: bone.parent.name if bone.parent else "" for bone in rig.data.bones})
+    bones, parents = _weighted_bones(obj), _parents(obj)
     weights = vertex_groups.read(obj, bones)
     of_bone, found = segments.of(parents), {}
     for bone in sorted(bones):
@@ -71,10 +94,9 @@ def _at_rig(obj, rest, corners, starts):
 
 def _hinges(obj, parents, of_bone, found):
     """Of knees and elbows, as of joints.by_weights()."""
-    places, feet = {}, []
+    places, feet = _places(obj), []
     for rig in _rigs(obj):
         to_mesh = np.reshape(_turn(obj, rig), (3, 3))
-        places.update({bone.name: to_mesh @ bone.head_local for bone in rig.data.bones})
         for bone in filter(lambda bone: segments.is_foot(bone.name), rig.data.bones):
             toe = bone.children[0].head_local if bone.children else bone.tail_local
             feet.append(to_mesh @ (toe - bone.head_local))
@@ -113,16 +135,34 @@ def _quickly(bones):
     return places.tobytes(), deforms.tobytes()
 
 
+def _parents(obj):
+    """{bone: its parent, or ""} of the rigs."""
+    return {bone.name: bone.parent.name if bone.parent else "" for rig in _rigs(obj) for bone in rig.data.bones}
+
+
+def _places(obj):
+    """{bone: (3,) where it begins at rest, in the mesh's space}."""
+    found = {}
+    for rig in _rigs(obj):
+        matrix = _to_mesh(obj, rig)
+        found.update({bone.name: np.array(matrix @ bone.head_local) for bone in rig.data.bones})
+    return found
+
+
 def _turn(obj, rig):
-    """Rows of the 3 x 3 from the axes of `rig` to those of `obj`, as their settings below what both hang on have them:
-    how that moves does not matter."""
+    """Rows of the 3 x 3 of _to_mesh(), rounded."""
+    return tuple(np.array(_to_mesh(obj, rig))[:3, :3].round(4).ravel().tolist())
+
+
+def _to_mesh(obj, rig):
+    """The matrix from `rig` to `obj` as their settings below what both hang on have them: how that moves does not
+    matter."""
     above = [rig]
     while above[-1].parent is not None:
         above.append(above[-1].parent)
     to_shared, shared = _up(obj, above)
     from_rig, _ = _up(rig, [shared])
-    turn = np.array(to_shared.inverted_safe() @ from_rig)[:3, :3]
-    return tuple(turn.round(4).ravel().tolist())
+    return to_shared.inverted_safe() @ from_rig
 
 
 def _up(obj, ends):

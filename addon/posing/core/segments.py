@@ -20,7 +20,7 @@ _LOWER = re.compile("low|fore(?!foot)|shin|shank|calf|knee|elbow")
 def of(parents):
     """{bone: a name for its segment, one for all that move as one}. parents: {bone: its parent or ""} of all bones."""
     words = {bone: _words(bone) for bone in parents}
-    above = {bone: _above(bone, parents) for bone in parents}
+    above = {bone: above_of(bone, parents) for bone in parents}
     bears = {each for bone in parents if _has(words[bone], _LIMB) for each in above[bone]}
     spines = {bone for bone in parents if "spine" in words[bone]}
     # A spine that goes on beyond the shoulders is neck and head, where none above it is called so.
@@ -54,7 +54,7 @@ def _has(words, *kinds):
     return any(re.match(kind, word) for kind in kinds for word in words)
 
 
-def _above(bone, parents):
+def above_of(bone, parents):
     """Its parents, the nearest first. Rigify's deforming bones hang on copies (ORG) of those that they stand for."""
     found = []
     while parents.get(bone):
@@ -69,16 +69,17 @@ def _above(bone, parents):
 def above(parents, segment_of, segments):
     """Of each of `segments` the number of the one that it hangs on, -1 where it hangs on none of them."""
     tops, numbers = _tops(parents, segment_of), {name: number for number, name in enumerate(segments)}
-    ways = ([segment_of[each] for each in _above(tops[name], parents)] for name in segments)
+    ways = ([segment_of[each] for each in above_of(tops[name], parents)] for name in segments)
     return [next((numbers[each] for each in way if each in numbers), -1) for way in ways]
 
 
 def hinges(parents, segment_of):
     """[(first bone of the upper half, of the lower half, [first bones of what hangs on it])] of knees and elbows."""
     tops, found = _tops(parents, segment_of), []
+    hung = {bone: next((segment_of[each] for each in above_of(bone, parents)), "") for bone in tops.values()}
     for name, bone in tops.items():
-        upper = next(iter(_above(bone, parents)), "")
-        ends = [end for end in tops.values() if name == next((segment_of[each] for each in _above(end, parents)), "")]
+        upper = next(iter(above_of(bone, parents)), "")
+        ends = [end for end, segment in hung.items() if segment == name]
         is_limb = _has(_words(upper), _UPPER) and not _is_lower(upper, parents)
         if ends and is_limb and _is_lower(bone, parents):
             found.append((tops[segment_of[upper]], bone, ends))
@@ -87,7 +88,7 @@ def hinges(parents, segment_of):
 
 def _is_lower(bone, parents):
     """Of half a limb."""
-    words, above = _words(bone), _words(next(iter(_above(bone, parents)), ""))
+    words, above = _words(bone), _words(next(iter(above_of(bone, parents)), ""))
     return _has(words, _LOWER) or (words[-1:] == ("leg",) and _has(above, "up", "thigh"))
 
 
@@ -103,6 +104,6 @@ def is_arm(bone):
 def _tops(parents, segment_of):
     """{segment: its first bone}, parents first."""
     tops = {}
-    for bone in sorted(parents, key=lambda each: len(_above(each, parents))):
+    for bone in sorted(parents, key=lambda each: len(above_of(each, parents))):
         tops.setdefault(segment_of[bone], bone)
     return tops

@@ -14,7 +14,7 @@ from mathutils import Vector
 from ...errors import MeanValueError
 from ...scene import mesh_arrays, shown_shape, subject, views
 from ...widgets import picking
-from ..bridge import new_handles, region
+from ..bridge import limbs, new_handles, region
 from ..core.tinted_faces import tinted_faces
 
 TOOL = "meanvalue.grab"
@@ -52,7 +52,10 @@ def size_at(context, obj, pressed):
         return settings(context).size
     shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
-    return region.Surface(obj, [pressed.vertex]).limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
+    surface = region.Surface(obj, [pressed.vertex])
+    found = surface.limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
+    whole = (1.0 - region.HANDLE_SHARE) * surface.diagonal
+    return limbs.up_to_body(obj, pressed.vertex, found * whole) / whole
 
 
 def choose(context):
