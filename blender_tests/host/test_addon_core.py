@@ -306,7 +306,7 @@ def test_bones_that_move_as_one_are_one_segment(name):
     named = [{found[bone] for bone, _parent in each} for each in expected if "ORG" not in each[0][0]]
     assert all(len(each) == 1 for each in named), named
     assert len(set.union(*named)) == len(named), named
-    assert sum(each >= 0 for each in segments.above(parents, found, set.union(*named))) == len(named) - 1
+    assert sum(len(way) > 1 for way in segments.ways_up(parents, found, set.union(*named))) == len(named) - 1
 
 
 def test_limbs_are_where_one_segment_has_most_of_the_weight():

@@ -176,9 +176,8 @@ def test_examples_of_the_rig_halve_the_error_around_joints():
         assert with_examples < 0.6 * without, where
 
 
-@pytest.mark.parametrize("name", ["hind leg", "finger"])
-def test_bones_are_more_rigid_at_joints(name):
-    make, moves, _azimuth = joints.SUBJECTS[name]
+def test_bones_are_more_rigid_at_joints():
+    make, moves, _azimuth = joints.SUBJECTS["finger"]
     figure = make()
     everywhere, at_joints = joints.both(figure, joints.add_body(figure)[0], moves)
     assert joints.off_rest(figure, at_joints) < 0.75 * joints.off_rest(figure, everywhere)

@@ -230,7 +230,6 @@ def test_a_straight_knee_goes_forward_and_an_elbow_back(name, is_arm, tmp_path):
 
 def test_a_hand_beyond_its_arm_stops_there_and_the_panel_says_so(tmp_path):
     obj, control = limb(ARMS["Rigify"], "DEF-foot.L")
-    rest = handles.rest(obj)
 
     def is_told():
         return "'Foot' is out of reach" in part("posing.ui.panel")._status(obj)[0]
@@ -241,14 +240,10 @@ def test_a_hand_beyond_its_arm_stops_there_and_the_panel_says_so(tmp_path):
 
     control.keyframe_insert("location", frame=1)
     handles.move(control, (0.0, -2.0, -0.3))
-    assert not is_told()
-    met = handles.shown(obj)[rigs.BOTTOM]
-    assert np.abs(met - rest[rigs.BOTTOM] - (0.0, -2.0, -0.3)).max() < 1e-5  # what can be met is
+    assert not is_told() and handles.follows(obj, (0.0, -2.0, -0.3), rigs.BOTTOM)
     handles.move(control, (0.0, 0.0, -3.0))
     assert is_told() and 1.0 < length() < 1.1
     drawn = handles.shown(obj)
-    assert bpy.ops.meanvalue.solve() == {'FINISHED'}
-    assert np.abs(handles.shown(obj) - drawn).max() < 1e-3 * rigs.size(obj)
     control.keyframe_insert("location", frame=3)
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
     baking.bake(path=str(tmp_path / "arm.pc2"))
@@ -265,5 +260,3 @@ def test_a_press_whose_surroundings_pass_a_knee_reaches_up_to_the_body():
     up_to_body, sole = part("posing.bridge.limbs").up_to_body, rigs.BOTTOM[0]
     assert up_to_body(obj, sole, 4.0) == 4.0 and up_to_body(obj, rigs.TOP[0], 5.5) == 5.5
     assert rigs.LENGTH < up_to_body(obj, sole, 5.5) < 1.2 * rigs.LENGTH
-    obj.meanvalue.bend_at = 'EVERYWHERE'
-    assert up_to_body(obj, sole, 5.5) == 5.5

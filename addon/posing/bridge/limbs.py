@@ -11,34 +11,24 @@ from ...scene.key_marks import Role
 from ..core import joints, reach, segments
 from . import examples
 
-#: Kept poses that tell where a mesh bends: what no pose bends is stiff.
-LEAST_POSES = 2
-
-#: Surroundings that are to reach the end of a limb go farther, since they follow the less the farther they are.
-BEYOND = 1.1
+#: Kept poses that tell where a mesh bends: what no pose bends is stiff. How many times as far as to the end of a limb
+#: surroundings go, which follow the less the farther they are.
+LEAST_POSES, BEYOND = 2, 1.1
 
 
 def choose(obj):
     """A handle is to be made: a mesh that has none yet bends at its rig's joints, unless somebody chose."""
-    if _is_to_choose(obj.meanvalue) and _weighted_bones(obj):
-        obj.meanvalue.bend_at = ids.BEND_RIG
-
-
-def _is_to_choose(settings):
-    return not (settings.handles or settings.is_property_set("bend_at"))
+    settings = obj.meanvalue
+    if not (settings.handles or settings.is_property_set("bend_at")) and _weighted_bones(obj):
+        settings.bend_at = ids.BEND_RIG
 
 
 def up_to_body(obj, vertex, length):
     """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: if beyond a knee or
     an elbow of its rig, then to where the limb ends, or that could bend the wrong way alone."""
-    if not (obj.meanvalue.bend_at == ids.BEND_RIG or _is_to_choose(obj.meanvalue)):
-        return length
-    names, bones = obj.vertex_groups.keys(), _weighted_bones(obj)
-    carrying = [each for each in obj.data.vertices[vertex].groups if names[each.group] in bones]
-    if not carrying:
-        return length
-    parents, places = _parents(obj), _places(obj)
-    bone = names[max(carrying, key=lambda each: each.weight).group]
+    names, bones, parents, places = obj.vertex_groups.keys(), _weighted_bones(obj), _parents(obj), _places(obj)
+    carrying = [(each.weight, names[each.group]) for each in obj.data.vertices[vertex].groups]
+    _weight, bone = max((each for each in carrying if each[1] in bones), default=(0.0, ""))
     place = shape_keys.rest_positions(obj.data)[vertex]
     for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
         way = np.linalg.norm(places[lower] - place)
@@ -51,7 +41,7 @@ def signature(obj):
     """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
     at = obj.meanvalue.bend_at
     if at == ids.BEND_RIG:
-        return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones), _turn(obj, rig)) for rig in _rigs(obj))
+        return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones, obj, rig)) for rig in _rigs(obj))
     return examples.sliders(_kept_keys(obj)) if at == ids.BEND_POSES else ()
 
 
@@ -86,17 +76,17 @@ def _at_rig(obj, rest, corners, starts):
     if not found:
         return {"bends": "No bone of a rig has weights here: it bends everywhere"}
     factors, part_of = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
-    above = segments.above(parents, of_bone, found)
-    told = wording.counted(sum(each >= 0 for each in above), "joint")
+    up = segments.ways_up(parents, of_bone, found)
+    told = wording.counted(sum(len(way) > 1 for way in up), "joint")
     bends = f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
-    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, part_of, above), "bends": bends}
+    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, part_of, up), "bends": bends}
 
 
 def _hinges(obj, parents, of_bone, found):
     """Of knees and elbows, as of joints.by_weights()."""
     places, feet = _places(obj), []
     for rig in _rigs(obj):
-        to_mesh = np.reshape(_turn(obj, rig), (3, 3))
+        to_mesh = _to_mesh(obj, rig).to_3x3()
         for bone in filter(lambda bone: segments.is_foot(bone.name), rig.data.bones):
             toe = bone.children[0].head_local if bone.children else bone.tail_local
             feet.append(to_mesh @ (toe - bone.head_local))
@@ -126,13 +116,13 @@ def _at_poses(obj, rest, corners, starts):
     return {"stiffness": found, "kept_poses": shapes, "bends": f"Bends as {wording.counted(len(keys), 'kept pose')} do"}
 
 
-def _quickly(bones):
-    """Where bones are, in the rig and seen from their parents, and which deform."""
+def _quickly(bones, obj, rig):
+    """Where bones are, in the rig and seen from their parents, which deform, and how the rig is turned to the mesh."""
     places, deforms = np.empty((2, 3 * len(bones)), np.float32), np.empty(len(bones), bool)
     bones.foreach_get("head_local", places[0])
     bones.foreach_get("head", places[1])
     bones.foreach_get("use_deform", deforms)
-    return places.tobytes(), deforms.tobytes()
+    return places.tobytes(), deforms.tobytes(), np.array(_to_mesh(obj, rig))[:3, :3].round(4).ravel().tolist()
 
 
 def _parents(obj):
@@ -147,11 +137,6 @@ def _places(obj):
         matrix = _to_mesh(obj, rig)
         found.update({bone.name: np.array(matrix @ bone.head_local) for bone in rig.data.bones})
     return found
-
-
-def _turn(obj, rig):
-    """Rows of the 3 x 3 of _to_mesh(), rounded."""
-    return tuple(np.array(_to_mesh(obj, rig))[:3, :3].round(4).ravel().tolist())
 
 
 def _to_mesh(obj, rig):

@@ -8,14 +8,9 @@ import numpy as np
 
 from ...scene.core import whole_mesh
 
-#: A limb is pulled to so many times its length, no farther.
-LONGEST = 1.05
-
-#: Of its length: what is held back by less is rounding.
-VISIBLE = 1e-3
-
-#: So often the one that is pulled farthest is held back, where several hold each other.
-ROUNDS = 100
+#: A limb is pulled to so many times its length, no farther; less than this share of it is rounding. So often the one
+#: that is pulled farthest is held back, where several hold each other.
+LONGEST, VISIBLE, ROUNDS = 1.05, 1e-3, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +18,13 @@ class Limbs:
     """The parts of a mesh that bend against each other, as a tree."""
 
     part_of: np.ndarray  # n int, the part of each vertex, -1 for none
-    above: np.ndarray  # p int, the part that each hangs on, -1 for none
-    joints: np.ndarray  # p x 3 float64, where it does so at rest; no numbers where the two do not touch
+    up: list  # of each part [itself, the part that it hangs on, the one that this hangs on, ...]
+    joints: np.ndarray  # p x 3 float64, where it hangs on that at rest; no numbers where the two do not touch
 
     def way(self, first, second):
         """(how many joints are between part `first` and the part that both hang on, places of all joints on the way to
         part `second`); None where that is not known."""
-        up, down = self._up(first), self._up(second)
+        up, down = self.up[first].copy(), self.up[second].copy()
         if up[-1] != down[-1]:
             return None
         while up and down and up[-1] == down[-1]:
@@ -37,12 +32,6 @@ class Limbs:
             down.pop()
         places = self.joints[[*up, *reversed(down)]]
         return (len(up), places) if len(places) and np.isfinite(places).all() else None
-
-    def _up(self, part):
-        found = [part]
-        while self.above[found[-1]] >= 0:
-            found.append(int(self.above[found[-1]]))
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +65,16 @@ class Limits:
         return shifts
 
 
-def limbs(rest, corners, starts, part_of, above):
+def limbs(rest, corners, starts, part_of, up):
     """Limbs of n x 3 `rest`: joints are in the middle of the line on the surface at which two parts meet."""
-    ends, above = whole_mesh.edge_ends(corners, starts), np.asarray(above)
+    ends, above = whole_mesh.edge_ends(corners, starts), np.array([(*way, -1)[1] for way in up])
     first, second = np.concatenate([corners, ends]), np.concatenate([ends, corners])
     part, other = part_of[first], part_of[second]
     meets = (part >= 0) & (other >= 0) & (above[part] == other)
     middles, part = 0.5 * (rest[first[meets]].astype(np.float64) + rest[second[meets]]), part[meets]
     with np.errstate(invalid='ignore'):
         columns = [np.bincount(part, each, len(above)) / np.bincount(part, None, len(above)) for each in middles.T]
-    return Limbs(part_of, above, np.stack(columns, axis=1))
+    return Limbs(part_of, up, np.stack(columns, axis=1))
 
 
 def limits(of, rest, holders):
@@ -102,14 +91,11 @@ def limits(of, rest, holders):
             way = of.way(*parts)
             if way is not None:
                 share, joints = way[0] / len(way[1]), way[1]
-                ends = _nearest(rest, one[parts[0]], joints[0]), _nearest(rest, other[parts[1]], joints[-1])
+                sides = (one[parts[0]], joints[0]), (other[parts[1]], joints[-1])
+                ends = [int(each[np.linalg.norm(rest[each] - place, axis=1).argmin()]) for each, place in sides]
                 line = np.diff([rest[ends[0]], *joints, rest[ends[1]]], axis=0)
                 ways.append((float(np.linalg.norm(line, axis=1).sum()), ends, pair, (share, 1.0 - share)))
         found += [min(ways)] if ways else []
     lengths, *pairs = (np.array([each[column] for each in found]) for column in range(4))
     vertices, handles, shares = (each.reshape(-1, 2) for each in pairs)
     return Limits(vertices.astype(int), handles, lengths, shares)
-
-
-def _nearest(rest, vertices, place):
-    return int(vertices[np.linalg.norm(rest[vertices] - place, axis=1).argmin()])

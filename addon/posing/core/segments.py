@@ -66,11 +66,11 @@ def above_of(bone, parents):
     return found
 
 
-def above(parents, segment_of, segments):
-    """Of each of `segments` the number of the one that it hangs on, -1 where it hangs on none of them."""
+def ways_up(parents, segment_of, segments):
+    """Of each of `segments` the numbers of [itself, the one that it hangs on, the one that this hangs on, ...]."""
     tops, numbers = _tops(parents, segment_of), {name: number for number, name in enumerate(segments)}
-    ways = ([segment_of[each] for each in above_of(tops[name], parents)] for name in segments)
-    return [next((numbers[each] for each in way if each in numbers), -1) for way in ways]
+    ways = ([name, *(segment_of[each] for each in above_of(tops[name], parents))] for name in segments)
+    return [[numbers[each] for each in dict.fromkeys(way) if each in numbers] for way in ways]
 
 
 def hinges(parents, segment_of):
