@@ -60,10 +60,9 @@ def read(obj, rest, corners, starts):
         return _at_rig(obj, rest, corners, starts)
     if settings.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
-    if settings.bend_at == ids.BEND_PAINTED:
-        found = vertex_groups.weights(obj, [settings.stiffness_group]).get(settings.stiffness_group)
-        return {} if found is None else {"stiffness": 1.0 + (joints.STIFF - 1.0) * found}
-    return {}
+    name = settings.stiffness_group if settings.bend_at == ids.BEND_PAINTED else ""
+    found = vertex_groups.weights(obj, [name]).get(name)
+    return {} if found is None else {"stiffness": 1.0 + (joints.STIFF - 1.0) * found}
 
 
 def _at_rig(obj, rest, corners, starts):
@@ -105,11 +104,8 @@ def _at_poses(obj, rest, corners, starts):
     if len(keys) < LEAST_POSES:
         return {"bends": f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"}
     shapes = KeyShapes(**key_reading.parts(obj, examples.sliders(keys))).with_effect()
-
-    def make():
-        return joints.by_poses(rest, corners, starts, shapes.shapes())
-
-    found = kept.of(obj.data, "limbs", make, rest, *shapes.points.values())
+    inputs = rest, *shapes.points.values()
+    found = kept.of(obj.data, "limbs", lambda: joints.by_poses(rest, corners, starts, shapes.shapes()), *inputs)
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:
         bends = "No kept pose bends it more in one place than in others: it bends everywhere"
         return {"kept_poses": shapes, "bends": bends}
