@@ -43,6 +43,21 @@ def test_a_mesh_that_another_object_has_in_edit_mode_is_left_alone():
     assert not len(other.meanvalue.handles) and not other.meanvalue.roi_group
 
 
+def test_modifiers_and_where_the_object_stands_do_not_matter():
+    plain = steps.posed_grid(meshes.grid(name="Plain"))
+    steps.solve()
+    other = meshes.grid(name="Other")
+    other.location, other.rotation_euler, other.scale = (100.0, -20.0, 3.0), (0.3, 1.2, -2.0), (2.0, -0.5, 3.0)
+    other.modifiers.new("Subdivision", 'SUBSURF').levels = 2
+    other.modifiers.new("Mirror", 'MIRROR')
+    bpy.context.view_layer.update()
+    steps.posed_grid(other)
+    before = snapshot(other)["modifiers"]
+    steps.solve()
+    assert snapshot(other)["modifiers"] == before
+    assert np.array_equal(steps.key_positions(other, "Mean-Value"), steps.key_positions(plain, "Mean-Value"))
+
+
 def test_a_control_whose_collection_is_unlinked_for_a_while_stays():
     """With its handle and its animation; only what the artist deletes is gone."""
     obj, control = handles.tube()

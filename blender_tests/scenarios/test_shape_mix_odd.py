@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, meshes, steps
+from support import bent_limb, libraries, meshes, steps
 from support.mixed_limbs import (
     MIX,
     bending,
@@ -127,6 +127,18 @@ def test_tiny_meshes(count):
     obj.meanvalue.mix.is_on = False
     set_value(obj, "Other", 0.0)
     assert_same(before, snapshot(obj))
+
+
+def test_a_linked_mesh_is_left_alone(tmp_path):
+    bending()
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    obj = meshes.new_object("Local", libraries.load(path, "meshes", link=True)[0])
+    for value in (True, False):
+        obj.meanvalue.mix.is_on = value
+        bpy.context.view_layer.update()
+        assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
 
 
 def test_undone_and_redone_while_live():

@@ -11,6 +11,7 @@ TIP, OFFSET, RINGS = handles.TOP[0], (0.7, -0.4, 0.9), handles.RINGS
 
 def write_library(path, rings=RINGS, wide=1.0):
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    installed.enable()
     obj, armature = rigs.arm(name="Character")
     if rings != RINGS:
         obj.data = meshes.tube(rings, handles.SEGMENTS, "Other").data

@@ -19,6 +19,7 @@ SHARE = 1.5
 def arm(volume=False, name="Arm"):
     """(mesh object, armature object): a tube along z with a bone in each half; volume: dual quaternions."""
     obj = meshes.tube(RINGS, SEGMENTS, name)
+    obj.meanvalue.stretch = True  # handles go farther than an arm reaches
     elbow = (0.0, 0.0, ELBOW)
     armature = armatures.make(Upper=((0.0, 0.0, 0.0), elbow), Lower=(elbow, (0.0, 0.0, LENGTH), "Upper"))
     meshes.activate(obj)
