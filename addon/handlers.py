@@ -28,7 +28,13 @@ def meanvalue_scene_updated(_scene, depsgraph):
         return
     _notice_objects(depsgraph)
     _tell(ALL.scene_updated)
-    _note_active_object(depsgraph)
+    active = depsgraph.view_layer.objects.active
+    state = (active.name, active.mode) if active is not None else None
+    layer = depsgraph.scene.name, depsgraph.view_layer.name
+    if state != _last_active.get(layer):
+        _last_active[layer] = state
+        if active is not None:
+            _tell(ALL.chosen, active)
     engine.scene_updated(depsgraph)
 
 
@@ -110,20 +116,6 @@ _HANDLERS = (
 
 
 _last_active = {}  # (scene, view layer): name and mode of its active object when the handler saw it last
-
-
-def _note_active_object(depsgraph):
-    """The active handle is that of the control that was clicked, and then is the artist's to change.
-
-    Each window may have a view layer of its own.
-    """
-    active = depsgraph.view_layer.objects.active
-    state = (active.name, active.mode) if active is not None else None
-    layer = depsgraph.scene.name, depsgraph.view_layer.name
-    if state != _last_active.get(layer):
-        _last_active[layer] = state
-        if active is not None:
-            _tell(ALL.chosen, active)
 
 
 def register():

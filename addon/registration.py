@@ -31,16 +31,11 @@ CLASSES = [each for each in CLASSES if not issubclass(each, bpy.types.PropertyGr
 MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
 
 
-def _require_only_copy():
-    """@throws RuntimeError if another copy is on (an extension beside a legacy one): its classes would be replaced."""
+def register():
     mark = getattr(bpy.types, MARK, None)
     package = mark.__module__.removesuffix(MARK_MODULE) if mark else __package__
     if package != __package__:
         raise RuntimeError(f"Another copy of Mean-Value Deform is on ({package}). Untick it, then tick this one")
-
-
-def register():
-    _require_only_copy()
     native_loader.forget()
     properties.register(ROOMS)
     for cls in CLASSES:

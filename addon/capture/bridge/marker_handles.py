@@ -50,7 +50,20 @@ def update_handles(obj, matched):
         if handles[index].cuff and handles[index].made_control and handles[index].cuff not in cuffs:
             controls.remove_handle(obj, index)
     for name, cuff in cuffs.items():
-        _update_cuff(obj, matched, name, cuff)
+        handle = next((handle for handle in obj.meanvalue.handles if handle.cuff == name and handle.made_control), None)
+        handle = handle or _make_soft_handle(obj, name, CUFF_COLOR, cuff.strength)
+        handle.cuff = name
+        control = _control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
+        frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
+        controls.choose(handle, control, motion.affine(frame, cuff.centre))
+        handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
+        (rig,) = control_places.rig_transforms(obj, [handle])
+        control_places.follow_rig(obj, handle, rig)
+        members.give(obj, handle, cuff.vertices)
+        to_control = np.linalg.inv(frame)
+        basis = to_control @ np.linalg.inv(np.array(obj.matrix_world, np.float64)[:3, :3])
+        turns = basis @ cuff.turns @ np.linalg.inv(basis)
+        _animate(control, matched, cuff.centres @ to_control.T, to_control @ cuff.centre, turns)
 
 
 def update_handle(obj, matched, number):
@@ -68,24 +81,6 @@ def update_handle(obj, matched, number):
     pair.vertex = vertex
     pair.offset, pair.distance = matched.offsets[number], matched.distance[number]
     _animate(control, matched, matched.targets[:, number], matched.rest[number])
-
-
-def _update_cuff(obj, matched, name, cuff):
-    """As update_handle()."""
-    handle = next((handle for handle in obj.meanvalue.handles if handle.cuff == name and handle.made_control), None)
-    handle = handle or _make_soft_handle(obj, name, CUFF_COLOR, cuff.strength)
-    handle.cuff = name
-    control = _control_of(obj, handle, name, 'SPHERE', AROUND * cuff.radius)
-    frame = control_places.unscaled(obj)  # in it a turn of the control is a turn in the world
-    controls.choose(handle, control, motion.affine(frame, cuff.centre))
-    handle.control_frame, handle.control_carried = frame.ravel(), motion.IDENTITY.ravel()
-    (rig,) = control_places.rig_transforms(obj, [handle])
-    control_places.follow_rig(obj, handle, rig)
-    members.give(obj, handle, cuff.vertices)
-    to_control = np.linalg.inv(frame)
-    basis = to_control @ np.linalg.inv(np.array(obj.matrix_world, np.float64)[:3, :3])
-    turns = basis @ cuff.turns @ np.linalg.inv(basis)
-    _animate(control, matched, cuff.centres @ to_control.T, to_control @ cuff.centre, turns)
 
 
 def drop(obj, pair):

@@ -47,7 +47,13 @@ def make(take, frames, scale=1.0):
     collection = bpy.data.collections.new(take.name)
     try:
         bpy.context.scene.collection.children.link(collection)
-        _describe(collection.meanvalue, take, frames)
+        collection.meanvalue.is_take = True
+        collection.meanvalue.is_skeleton = take.is_skeleton
+        collection.meanvalue.rate_hz = take.rate_hz
+        collection.meanvalue.sample_count = take.frames
+        collection.meanvalue.frames_per_sample = float(frames[1] - frames[0]) if len(frames) > 1 else 1.0
+        collection.meanvalue.fullest_frame = frames[int(take.measured.sum(axis=1).argmax())]
+        collection.meanvalue.missing_share = take.missing_share
         positions = take.positions * scale
         measured = take.measured
         size = max(SIZE_OVER_EXTENT * units.median_extent(positions), LEAST_SIZE)
@@ -177,16 +183,6 @@ def go_to_problem(collection):
     context.scene.frame_set(whole, subframe=problem.frame - whole)
     if context.mode == 'OBJECT' and problem.marker is not None and problem.marker.name in context.view_layer.objects:
         selection.choose(problem.marker)
-
-
-def _describe(settings, take, frames):
-    settings.is_take = True
-    settings.is_skeleton = take.is_skeleton
-    settings.rate_hz = take.rate_hz
-    settings.sample_count = take.frames
-    settings.frames_per_sample = float(frames[1] - frames[0]) if len(frames) > 1 else 1.0
-    settings.fullest_frame = frames[int(take.measured.sum(axis=1).argmax())]
-    settings.missing_share = take.missing_share
 
 
 def _animate(empty, positions, measured, frames):

@@ -100,7 +100,13 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     """The joints of a BVH file of that content as markers; `file` is its name. Raises MotionFileError."""
     lines = Lines(data, file)
     joints, channels = read_hierarchy(lines)
-    frames, rate = _motion_header(lines)
+    found = re.fullmatch(r"\s*Frames\s*:?\s*(\d{1,9})\s*", lines.next_filled() or "", re.IGNORECASE | re.ASCII)
+    if not found:
+        lines.fail("'Frames: N' is missing after MOTION")
+    timed = re.fullmatch(r"\s*Frame\s*Time\s*:?\s*(\S+)\s*", lines.next_filled() or "", re.IGNORECASE)
+    if not timed:
+        lines.fail("'Frame Time: SECONDS' is missing after 'Frames'")
+    frames, rate = int(found.group(1)), _rate(timed.group(1))
     notes = []
     motion = lines.table([(number, " ".join(row.split())) for number, row in lines.filled()], channels, frames, notes)
     if len(motion) * len(joints) > max(len(data), 1024):
@@ -179,17 +185,6 @@ def _rotation(joint, motion):
             turn[:, first, second] = -turn[:, second, first]
             result = result @ turn
     return result
-
-
-def _motion_header(lines):
-    """(frames that are told, frames a second or None)."""
-    found = re.fullmatch(r"\s*Frames\s*:?\s*(\d{1,9})\s*", lines.next_filled() or "", re.IGNORECASE | re.ASCII)
-    if not found:
-        lines.fail("'Frames: N' is missing after MOTION")
-    timed = re.fullmatch(r"\s*Frame\s*Time\s*:?\s*(\S+)\s*", lines.next_filled() or "", re.IGNORECASE)
-    if not timed:
-        lines.fail("'Frame Time: SECONDS' is missing after 'Frames'")
-    return int(found.group(1)), _rate(timed.group(1))
 
 
 def _rate(text):

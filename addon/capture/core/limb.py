@@ -48,7 +48,9 @@ class Limb:
     def posed(self, tip, is_stretched):
         """(m, 3): the reference with the limb on its skin. tip (3,): the end of that."""
         posed = self._stretched() if is_stretched else self._markers.copy()
-        directions = _all_round(DIRECTIONS)
+        k = np.arange(DIRECTIONS) + 0.5
+        z, angle = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
+        directions = np.stack([np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z], axis=1)
         tip = tip - self._joint
         directions = directions[directions @ tip > NEAR_TIP * np.linalg.norm(tip)]
         around = posed[self.numbers] - self._joint
@@ -159,10 +161,3 @@ def _about(axis, angles):
     x, y, z = axis / max(np.linalg.norm(axis), 1e-300)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(angles)[:, None, None] * cross + (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
-
-
-def _all_round(count):
-    """(count, 3) unit vectors, evenly on the sphere (Fibonacci's spiral)."""
-    k = np.arange(count) + 0.5
-    z, angle = 1.0 - 2.0 * k / count, np.pi * (1.0 + 5.0**0.5) * k
-    return np.stack([np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z], axis=1)

@@ -165,20 +165,15 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
     """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`. @throws SceneError.
     """
     anchors = bind_input.anchors[is_moved]
-    _require_depth(obj, bind_input, space, is_moved)
-    if space.is_affine or rig_space.looks_at_neighbours(obj):  # mended alone, vertices overshoot what smooths them
-        return space.in_key(anchors, wanted)
-    with rig_space.evaluating(obj) as evaluate:
-        return space.in_key(anchors, wanted, evaluate)
-
-
-def _require_depth(obj, bind_input, space, is_moved):
-    """@throws SceneError if the rig squeezes anchors, so that no key can bring them to where they are wanted."""
     for members, handle in _moving(obj, bind_input):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             count = f"{wording.vertices(flat)} of handle '{handle.name}'"
             raise SceneError(f"{rig_space.named(obj)} squeezes {count} flat. Scale the bones there, or turn it off")
+    if space.is_affine or rig_space.looks_at_neighbours(obj):  # mended alone, vertices overshoot what smooths them
+        return space.in_key(anchors, wanted)
+    with rig_space.evaluating(obj) as evaluate:
+        return space.in_key(anchors, wanted, evaluate)
 
 
 def _weights(obj, bind_input):

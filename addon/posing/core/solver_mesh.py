@@ -92,15 +92,6 @@ class SolverMesh(whole_mesh.WholeMesh):
         self._begins = np.searchsorted(places[self._claims], np.arange(len(self.anchors)))
         self._claim_counts = np.diff(np.append(self._begins, len(claims)))
         leaders = self._claims[self._begins]
-        labels = self._joined_handles(owners, count)
-        self.handles = np.unique(labels[leaders], return_inverse=True)[1].astype(np.int32)
-        self.strengths = None
-        if of.strengths is not None:  # a handle's spring is shared out among the vertices that it has
-            scale = np.bincount(of.handles)[owners[leaders]] / np.bincount(self.handles)[self.handles]
-            self.strengths = np.tile(of.strengths, len(images))[leaders] * scale * self._share
-
-    def _joined_handles(self, owners, count):
-        """C k: of each image of an anchor the lowest of the images of handles, e * count + p, that are one with its."""
         labels = owners + count * np.repeat(np.arange(len(self._turns)), len(self._of.anchors))
         own, first = labels[self._claims], labels[self._claims[self._begins]]
         joined = np.stack([own, np.repeat(first, self._claim_counts)], axis=1)
@@ -110,7 +101,12 @@ class SolverMesh(whole_mesh.WholeMesh):
             one = np.flatnonzero(parts[handle::count] == parts[handle])
             if len(one) > 1:
                 self._across.append((np.flatnonzero(self._of.handles == handle), one))
-        return parts[labels]
+        labels = parts[labels]
+        self.handles = np.unique(labels[leaders], return_inverse=True)[1].astype(np.int32)
+        self.strengths = None
+        if of.strengths is not None:  # a handle's spring is shared out among the vertices that it has
+            scale = np.bincount(of.handles)[owners[leaders]] / np.bincount(self.handles)[self.handles]
+            self.strengths = np.tile(of.strengths, len(images))[leaders] * scale * self._share
 
     def _read_border(self):
         """Springs of a soft border fall with the square of what is free, as in core.springs."""

@@ -109,23 +109,20 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             new_handles.make_pin(handle)
             message = f"Pin '{handle.name}' holds {count}"
         else:
-            self._equip(obj, handle, members)
+            is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
+            control = new_handles.make_handle(obj, handle, members)
+            if self.size > 0.0:
+                handle.size = self.size
+                region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
+            if self.live and is_first and not obj.meanvalue.live:
+                obj.meanvalue.live = True
+            selection.choose(control)
             message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
             return message, [str(problem)]
         return message, []
-
-    def _equip(self, obj, handle, members):
-        is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
-        control = new_handles.make_handle(obj, handle, members)
-        if self.size > 0.0:
-            handle.size = self.size
-            region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
-        if self.live and is_first and not obj.meanvalue.live:
-            obj.meanvalue.live = True
-        selection.choose(control)
 
     def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""

@@ -95,7 +95,14 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             draw_add(layout.column(align=True))
         if not is_new:
             _draw_handles(layout, obj)
-            _draw_pose(layout, obj)
+            row = layout.row(align=True)
+            row.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
+            row.menu(MEANVALUE_MT_apply.__name__, icon='CHECKMARK')
+            keys = obj.data.shape_keys
+            if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
+                name, column = MEANVALUE_UL_kept_poses.__name__, layout.column(align=True)
+                column.template_list(name, "", keys, "key_blocks", obj, "active_shape_key_index", rows=2, maxrows=2)
+                column.operator("meanvalue.drive_by_bone", icon='DRIVER')
         if len(obj.meanvalue.handles) == 1:  # below all else, so that nothing moves under the mouse when it goes
             draw_wrapped(layout, context, NEXT_HINT, icon='INFO')
         _draw_status(layout, context, obj)
@@ -229,17 +236,6 @@ def _draw_handles(layout, obj):
     row = layout.row(align=True)
     row.operator("meanvalue.reset_handles", icon='LOOP_BACK', text="Reset")
     row.operator("meanvalue.keyframe_handles", icon='KEY_HLT', text="Keyframe")
-
-
-def _draw_pose(layout, obj):
-    row = layout.row(align=True)
-    row.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
-    row.menu(MEANVALUE_MT_apply.__name__, icon='CHECKMARK')
-    keys = obj.data.shape_keys
-    if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
-        name, column = MEANVALUE_UL_kept_poses.__name__, layout.column(align=True)
-        column.template_list(name, "", keys, "key_blocks", obj, "active_shape_key_index", rows=2, maxrows=2)
-        column.operator("meanvalue.drive_by_bone", icon='DRIVER')
 
 
 def _draw_status(layout, context, obj):
