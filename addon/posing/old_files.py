@@ -38,9 +38,14 @@ def _from_0_1(obj, stored):
         settings.active_handle = stored.pop("active_anchor_group", 0)
     if followed_key:
         _tell(obj, followed_key)
-    _mark_result(obj, stored.pop("former_result", ""))
-    if stored.pop("roi_invert", False):
-        _turn_region_around(obj)
+    keys, name = obj.data.shape_keys, stored.pop("former_result", "")
+    result = keys.key_blocks.get(name) if name and keys is not None else None
+    if result is not None and result != keys.reference_key:
+        pose_key.adopt(settings, result)
+    if stored.pop("roi_invert", False) and settings.roi_group in obj.vertex_groups:
+        rest = shape_keys.rest_positions(obj.data)
+        held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
+        region.write(obj, 1.0 - held)  # to a group of its own
     return True
 
 
@@ -60,22 +65,6 @@ def _add_handle(settings, old):
     control = old.get("control") if isinstance(old.get("control"), bpy.types.Object) else None  # {} where none was set
     controls.choose(handle, control, control_places.at_rest(handle), made=bool(old.get("made_control")))
     return follows == 'SHAPE'
-
-
-def _mark_result(obj, name):
-    """name: of the shape key that the last solve wrote."""
-    keys = obj.data.shape_keys
-    result = keys.key_blocks.get(name) if name and keys is not None else None
-    if result is not None and result != keys.reference_key:
-        pose_key.adopt(obj.meanvalue, result)
-
-
-def _turn_region_around(obj):
-    """A group of its own takes the place of one that was inverted."""
-    settings, rest = obj.meanvalue, shape_keys.rest_positions(obj.data)
-    held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))
-    if settings.roi_group in obj.vertex_groups:
-        region.write(obj, 1.0 - held)
 
 
 def _tell(obj, names):

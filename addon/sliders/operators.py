@@ -104,7 +104,8 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
     __annotations__ = unsaved(properties.OPTIONS)
 
     def prepare(self, obj):
-        return value_baking.ValueBaking(obj, bpy.context.scene, self._options(obj))
+        options = chosen(self, obj.meanvalue.bake_values, properties.OPTIONS)
+        return value_baking.ValueBaking(obj, bpy.context.scene, options)
 
     def before(self, prepared):
         with engine.held():
@@ -120,6 +121,3 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         return prepared.account(obj), notes
-
-    def _options(self, obj):
-        return chosen(self, obj.meanvalue.bake_values, properties.OPTIONS)

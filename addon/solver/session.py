@@ -123,10 +123,11 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
                 **held,
             )
     except SolverError as error:
-        refusal = _refused_example(error, [name for _, name in examples])
-        if refusal is None:
+        reason = str(error.__cause__)
+        if "examples[" not in reason:
             raise
-        raise refusal from error
+        named = re.sub(r"examples\[(\d+)\]", lambda found: f"shape key '{examples[int(found[1])][1]}'", reason)
+        raise SolverError(REFUSED_EXAMPLE.format(named)) from error
     if result.nothing_is_held(deformer.report):
         remedy = bind_input.notes or ["Pin three of its vertices, or choose a region that leaves some out"]
         raise SceneError(". ".join(["No part that may move has three fixed points that are not in one line", *remedy]))
@@ -209,18 +210,6 @@ def sequence_steps(binding, bind_input, targets, weights, *, execution=None, **o
         **options,
     )
     return mesh.cut_back_rows(sequence.vertices), sequence
-
-
-def _refused_example(error, names):
-    """The SolverError that names shape keys in place of numbers of examples; None if `error` is of something else.
-
-    names: of the key that each example is of
-    """
-    reason = error.__cause__
-    if "examples[" not in str(reason):
-        return None
-    named = re.sub(r"examples\[(\d+)\]", lambda found: f"shape key '{names[int(found[1])]}'", str(reason))
-    return SolverError(REFUSED_EXAMPLE.format(named))
 
 
 def _held(mesh, bind_input):

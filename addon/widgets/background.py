@@ -147,20 +147,16 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         if self._steps is None:  # called to execute
             outcome = result_of(prepared.work(None), lambda task: task.wait())
         else:
-            outcome = yield from self._beside_the_interface(prepared)
+            self._job = Job(prepared.work)
+            while not self._job.is_finished:
+                yield self.job_progress()
+            outcome = self._job.result()
+            if self._job.is_cancelled:  # at the very moment when it was ready
+                raise CancelledError(self.stopped())
         if self._timer is not None:  # Blender went on since the scene was read
             prepared.require_unchanged(self.object())
         yield from _in_slices(self.after(prepared))
         return self.finish(self.object(), prepared, outcome)
-
-    def _beside_the_interface(self, prepared):
-        self._job = Job(prepared.work)
-        while not self._job.is_finished:
-            yield self.job_progress()
-        outcome = self._job.result()
-        if self._job.is_cancelled:  # at the very moment when it was ready
-            raise CancelledError(self.stopped())
-        return outcome
 
     def _step(self):
         """Returns what Blender wants to hear of an operator that has ended, None if there is more to do."""

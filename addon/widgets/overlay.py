@@ -23,26 +23,18 @@ problem = ""
 _handler = None
 
 
-def subject_to_draw(context):
-    """The object whose overlay is to be seen in the 3D View of `context`, or None."""
-    space = context.space_data
-    if not space.overlay.show_overlays:
-        return None
-    obj = subject.of(context)
-    if subject.object_problem(obj) is not None or not obj.meanvalue.show_overlay or obj.mode not in MODES:
-        return None
-    return obj if views.is_visible(obj, space) else None
-
-
 def draw():
     """Called by Blender at every redraw of every 3D View: after a mistake of ours it is not called for ever more."""
     global problem
     if problem:
         return
     try:
-        obj = subject_to_draw(bpy.context)
-        for paint in ALL.painters if obj is not None else ():
-            paint(bpy.context, obj)
+        obj, space = subject.of(bpy.context), bpy.context.space_data
+        if not space.overlay.show_overlays or subject.object_problem(obj) is not None or obj.mode not in MODES:
+            return
+        if obj.meanvalue.show_overlay and views.is_visible(obj, space):
+            for paint in ALL.painters:
+                paint(bpy.context, obj)
     except Exception as error:
         traceback.print_exc()
         problem = f"The overlay cannot be drawn: {error}. Please report this; the console has the details"

@@ -39,11 +39,17 @@ def play_keys(obj, times, shapes):
     active_index = obj.active_shape_key_index
     made = []
     for time, shape in zip(times, shapes, strict=True):
-        key = obj.shape_key_add(name=_key_name(time), from_mix=False)
+        whole, dot, part = sample_times.named(abs(time)).partition(".")
+        name = f"Bake {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"  # in order by name, for frames from 0 on
+        key = obj.shape_key_add(name=name, from_mix=False)
         shape_keys.write_positions(mesh, key, shape)
         key.value = 0.0
         made.append(key)
-    _animate_values(keys, made, times)
+    for number, key in enumerate(made):  # at 1 at its frame, at 0 at its neighbors': they cross-fade and sum to 1
+        key.mute = False
+        begin, end = max(0, number - 1), min(len(made), number + 2)
+        values = [float(each == number) for each in range(begin, end)]
+        actions.write_curve(keys, key.path_from_id("value"), 0, times[begin:end], values, "LINEAR")
     obj.active_shape_key_index = active_index
     record.target = TO_KEYS
     record.keys = json.dumps([key.name for key in made])
@@ -113,15 +119,6 @@ def _hide_result(obj):
         pose_key.show(each, None)
 
 
-def _animate_values(keys, made, times):
-    """Each key is at 1 at its own frame and at 0 at its neighbors', so that values cross-fade and sum to 1."""
-    for number, key in enumerate(made):
-        key.mute = False
-        begin, end = max(0, number - 1), min(len(made), number + 2)
-        values = [float(each == number) for each in range(begin, end)]
-        actions.write_curve(keys, key.path_from_id("value"), 0, times[begin:end], values, "LINEAR")
-
-
 def _remove_keys(obj, names):
     keys = obj.data.shape_keys
     if keys is None:
@@ -134,9 +131,3 @@ def _remove_keys(obj, names):
     if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
         actions.remove_action(keys)
     shape_keys.remove(obj, names)
-
-
-def _key_name(time):
-    """ "Bake 0012", "Bake -0003.5": sorted by name they are in order, for frames from 0 on."""
-    whole, dot, part = sample_times.named(abs(time)).partition(".")
-    return f"Bake {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"

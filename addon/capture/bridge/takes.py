@@ -122,11 +122,15 @@ def read(collection):
         raise SceneError(NOT_CHOSEN)
     empties = markers(collection)
     positions, frames = _keyed(collection, empties)
+    for number, empty in enumerate(empties):  # as their parents, if any, have them now
+        if empty.parent is not None or empty.constraints:
+            around = np.array(empty.matrix_world @ empty.matrix_basis.inverted(), np.float64)
+            positions[:, number] = positions[:, number] @ around[:3, :3].T + around[:3, 3]
     return Recording(
         name=collection.name,
         labels=tuple(empty.meanvalue.marker for empty in empties),
         empties=tuple(empties),
-        positions=_in_world(empties, positions),
+        positions=positions,
         frames=frames,
         rate_hz=collection.meanvalue.rate_hz,
     )
@@ -200,12 +204,3 @@ def _stretched(collection, what):
         f"{what}, but the take has {wording.counted(settings.sample_count, 'sample')}, one every "
         f"{settings.frames_per_sample:.4g} frames. Undo what stretched them, or import the take again"
     )
-
-
-def _in_world(empties, positions):
-    """(f, m, 3) as the parents of the Empties, if any, have them now."""
-    for number, empty in enumerate(empties):
-        if empty.parent is not None or empty.constraints:
-            around = np.array(empty.matrix_world @ empty.matrix_basis.inverted(), np.float64)
-            positions[:, number] = positions[:, number] @ around[:3, :3].T + around[:3, 3]
-    return positions

@@ -189,6 +189,7 @@ def _positions(data, numbers, layout):
 
 def _screen_up(parameters):
     """The axis that is drawn upwards on the screen of the capture system, where the file names two axes that differ."""
-    across, up = (parameters.string("POINT", name).upper().lstrip("+") for name in ("X_SCREEN", "Y_SCREEN"))
+    names = (" ".join(parameters.strings("POINT", name)).strip() for name in ("X_SCREEN", "Y_SCREEN"))
+    across, up = (name.upper().lstrip("+") for name in names)
     is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
     return up if is_told else None

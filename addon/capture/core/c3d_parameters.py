@@ -104,9 +104,6 @@ class Parameters:
             number += 1
         return found
 
-    def string(self, group: str, name: str) -> str:
-        return " ".join(self.strings(group, name)).strip()
-
 
 def _text(raw):
     raw = raw.split(b"\0", 1)[0]

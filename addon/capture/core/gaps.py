@@ -82,16 +82,11 @@ def _fill_by_spline(path, filled, begin, end):
     if begin == 0 or end == len(path):
         return False
     before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
-    filled[begin:end] = hermite(path[begin - 1], path[end], -before, after, end - begin)
-    return True
-
-
-def hermite(first, last, slope, end_slope, count):
-    """(count, 3): samples between two (3,) on the cubic with these slopes at them, (3,) or 0, per sample."""
-    span = count + 1
+    first, last, span = path[begin - 1], path[end], end - begin + 1
     t = (np.arange(1, span) / span)[:, None]
-    bends = (t**3 - 2 * t**2 + t) * span * slope + (t**3 - t**2) * span * end_slope
-    return first + (3 * t**2 - 2 * t**3) * (last - first) + bends
+    bends = (t**3 - 2 * t**2 + t) * span * -before + (t**3 - t**2) * span * after
+    filled[begin:end] = first + (3 * t**2 - 2 * t**3) * (last - first) + bends
+    return True
 
 
 def _end_slope(path):

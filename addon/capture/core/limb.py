@@ -73,7 +73,9 @@ class Limb:
         if least < LIES_WELL * self._reach / FACING:
             return best
         axis = posed[self._middle].mean(axis=0) - self._joint
-        for roll in _about(axis, _smallest_first(ROLLS_ALONE)):
+        angles = 2.0 * np.pi * np.arange(ROLLS_ALONE) / ROLLS_ALONE
+        order = np.argsort(np.minimum(angles, 2.0 * np.pi - angles), kind="stable")  # the smallest first
+        for roll in _about(axis, angles[order]):
             tried = posed.copy()
             self._carry(tried, self._joint + (tried[self._upper] - self._joint) @ roll.T)
             for _ in range(TURNS_ALONE):
@@ -148,12 +150,6 @@ class Limb:
             nearest[part] = found.argmin(axis=1)
             costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
         return self._samples[nearest], np.maximum(costs, 0.0)
-
-
-def _smallest_first(count):
-    """(count,) angles all round."""
-    angles = 2.0 * np.pi * np.arange(count) / count
-    return angles[np.argsort(np.minimum(angles, 2.0 * np.pi - angles), kind="stable")]
 
 
 def _about(axis, angles):

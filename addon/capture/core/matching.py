@@ -66,7 +66,8 @@ def skin_targets(markers, reference, offsets, landmarks):
     # Thighs often have two markers: the hips, which go with the pelvis, tell how they turn.
     rest, moving, names = with_hips(reference, markers, landmarks)
     graph = marker_graph(rest, names, moving)
-    turns = graph.of_markers(graph.rotations(rest, moving))[:, : len(reference)]
+    turns = nearest_rotations(np.einsum("mc,fcij->fmij", graph.shares, graph.rotations(rest, moving)))
+    turns = turns[:, : len(reference)]
     return markers - np.einsum("fmij,mj->fmi", turns, offsets)
 
 
@@ -105,10 +106,6 @@ class MarkerGraph:
                 reference[self.members], markers[rows][:, self.members], self.weights, body[rows, None]
             )
         return result
-
-    def of_markers(self, turns):
-        """(f, m, 3, 3): turns of the markers, by those of the cells (f, c, 3, 3)."""
-        return nearest_rotations(np.einsum("mc,fcij->fmij", self.shares, turns))
 
 
 def marker_graph(reference, landmarks, markers):

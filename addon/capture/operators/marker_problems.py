@@ -67,7 +67,11 @@ def _list_problems(take, longest):
     recording = takes.read(take)
     found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, take.meanvalue.is_skeleton)
     found = [(each.sample, each.marker, each.words, each.other) for each in found]
-    found += _gaps(recording, longest)
+    for marker, label in enumerate(recording.labels):
+        for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
+            seconds = (end - begin) / recording.rate_hz
+            if seconds > longest:
+                found.append((int(begin), marker, f"{label} is missing for {seconds:.2f} s", None))
     take.meanvalue.problems.clear()
     take.meanvalue.is_searched = True
     for sample, marker, text, other in sorted(found, key=lambda each: each[:3])[:MOST]:
@@ -77,14 +81,6 @@ def _list_problems(take, longest):
         problem.other = None if other is None else recording.empties[other]
         problem.frame = recording.frames[sample]
     return len(found)
-
-
-def _gaps(recording, longest):
-    for marker, label in enumerate(recording.labels):
-        for begin, end in sample_times.runs(np.isnan(recording.positions[:, marker, 0])):
-            seconds = (end - begin) / recording.rate_hz
-            if seconds > longest:
-                yield int(begin), marker, f"{label} is missing for {seconds:.2f} s", None
 
 
 def _longest_gap(take):

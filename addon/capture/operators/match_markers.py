@@ -109,7 +109,14 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
 
     def run(self, obj):
         pair = self._pair(obj)
-        return _removed(obj, pair) if self.remove else self._picked(obj, pair)
+        if not self.remove:
+            return self._picked(obj, pair)
+        if bpy.context.object == pair.control:
+            selection.choose(obj)
+        marker_handles.drop(obj, pair)
+        pair.is_used = pair.is_picked = False
+        pair.vertex, pair.distance = -1, -1.0
+        return f"'{pair.name}' moves the mesh no more. Tick it and press Match Markers to have it back", []
 
     def _picked(self, obj, pair):
         picking.require_vertex(obj, self.vertex)
@@ -143,12 +150,3 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
         if pair is None:
             raise SceneError("No marker is chosen. Click one in the list of Motion Capture")
         return pair
-
-
-def _removed(obj, pair):
-    if bpy.context.object == pair.control:
-        selection.choose(obj)
-    marker_handles.drop(obj, pair)
-    pair.is_used = pair.is_picked = False
-    pair.vertex, pair.distance = -1, -1.0
-    return f"'{pair.name}' moves the mesh no more. Tick it and press Match Markers to have it back", []

@@ -60,10 +60,12 @@ class SolvingOperator(BackgroundOperator):
         positions = posing.targets.positions
         warnings = [
             *posing.binding.notes,
-            *result.solve_notes(solution),
             *result.pose_warnings(posing.bind_input, positions),
             *targets.held_back_notes(posing.targets.held_back),
         ]
+        if not solution.converged:
+            why = f"It stopped before it had converged ({solution.stop_reason})"
+            warnings.append(f"{why}. Look at the shape, or move handles less")
         notes = along.write_result(obj, result.compose(posing.bind_input, positions, solved))
         posing.record(obj)
         return ". ".join([f"Solved into '{obj.meanvalue.result_key}'", *notes, *subject.sharing_notes(obj)]), warnings

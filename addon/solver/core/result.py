@@ -61,9 +61,3 @@ def nothing_is_held(report):
     """True if no part with free vertices has enough fixed points: a solve could move nothing."""
     parts = [part for part in report.components if part.free_count]
     return bool(parts) and all(part.undetermined for part in parts)
-
-
-def solve_notes(solution):
-    """A sentence on what is unusual about a native solution."""
-    if not solution.converged:
-        yield f"It stopped before it had converged ({solution.stop_reason}). Look at the shape, or move handles less"
