@@ -39,24 +39,45 @@ def test_a_loose_part_within_size_goes_along_whole():
     assert not far.any()
 
 
+def tubes(*layers):
+    """A limb along z of 41 rows of 16 vertices for each (scale, shift); and how far each vertex of them has gone."""
+    turns = np.radians(np.arange(0.0, 360.0, 22.5))
+    vertices = np.array([(0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.05 * row) for row in range(41) for turn in turns])
+    below = np.array([(16 * row + k, 16 * row + (k + 1) % 16) for row in range(40) for k in range(16)])
+    faces = np.concatenate([below, below[:, ::-1] + 16], axis=1)
+    vertices = np.concatenate([vertices * scale + shift for scale, shift in layers])
+    faces = np.concatenate([faces + 656 * k for k in range(len(layers))])
+    obj = meshes.make_object(vertices.tolist(), faces.tolist(), "Limbs")
+    return obj, lambda: (handles.shown(obj) - handles.rest(obj)).reshape(len(layers), 41, 16, 3)
+
+
+END = 656 - 8
+
+
 @pytest.mark.parametrize("outer, size", [(1.0, 0.4), (1.025, 0.4), (1.025, 0.05)])
 def test_layers_go_alike_and_a_limb_beside_stays(outer, size):
     """A tube, one in its place or just outside, as clothes are, and one beside them that is nearer than Size."""
-    turns, rows = np.radians(np.arange(0.0, 360.0, 22.5)), np.arange(41)
-    vertices = np.array([(0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.05 * row) for row in rows for turn in turns])
-    below = np.array([(16 * row + k, 16 * row + (k + 1) % 16) for row in rows[:-1] for k in range(16)])
-    faces = np.concatenate([below, below[:, ::-1] + 16], axis=1)
-    layers = [vertices, vertices * (outer, outer, 1.0), np.add(vertices, (0.45, 0.0, 0.0))]
-    count = len(vertices)
-    obj = meshes.make_object(
-        np.concatenate(layers).tolist(), np.concatenate([faces + k * count for k in range(3)]).tolist(), "Limbs"
-    )
-    grab(vertex=count - 8, offset=(0.4, 0.0, 0.1), size=size)
-    inner, over, beside = (handles.shown(obj) - handles.rest(obj)).reshape(3, count, 3)
+    obj, moves = tubes((1.0, (0.0, 0.0, 0.0)), ((outer, outer, 1.0), (0.0, 0.0, 0.0)), (1.0, (0.45, 0.0, 0.0)))
+    grab(vertex=END, offset=(0.4, 0.0, 0.1), size=size)
+    inner, over, beside = moves()
     assert np.abs(inner).max() > 0.3 and not beside.any()
     assert np.abs(inner - over).max() < 0.02, "about what the outer one is wider by"
-    weights = region_weights(obj).reshape(3, count)
+    weights = region_weights(obj).reshape(3, -1)
     assert np.abs(weights[0] - weights[1]).max() < 0.02 and not weights[2].any()
+
+
+@pytest.mark.parametrize("pressed", [END, 16 * 28 + 8, 16 * 81 + 8])
+def test_a_sleeve_goes_along_beyond_size_and_that_of_a_limb_beside_stays(pressed):
+    """Wider than what nearly touches, pressed beyond it, on the arm within it, and on its end."""
+    worn, band = ((1.15, 1.15, 0.6), (0.0, 0.0, 0.4)), ((1.15, 1.15, 0.1), (0.5, 0.0, 1.6))
+    obj, moves = tubes((1.0, (0.0, 0.0, 0.0)), worn, (1.0, (0.5, 0.0, 0.0)), band)
+    grab(vertex=pressed, offset=(-0.3, 0.0, 0.05), size=0.3)
+    arm, sleeve, *others = moves()
+    assert np.abs(arm).max() > 0.25 and not np.any(others)
+    assert np.abs(sleeve[40] - arm[32]).max() < 0.06 < np.abs(arm[32]).max(), "its end is where the arm is below it"
+    assert np.abs(sleeve[:8]).max() < 2e-3, "and its beginning stays"
+    weights = region_weights(obj).reshape(4, -1)
+    assert (weights[1] == 1.0).all() and not weights[2:].any() and (weights[0] == 0.0).any()
 
 
 def test_a_size_below_one_edge_still_has_something_follow():

@@ -44,26 +44,29 @@ def make_pin(handle):
 
 
 def handle_at(obj, vertex):
-    """Number of the first handle that is turned on and has the vertex, or one that is merged with it; None if none
-    has."""
-    first = kept.copies(obj)
-    copies = [vertex] if first is None else np.flatnonzero(first == first[vertex])
-    handles = obj.meanvalue.handles[:]
-    for number, held in enumerate(members.of(obj, handles)):
-        if targets.is_taking_part(handles[number]) and np.isin(copies, held).any():
-            return number
+    """Number of the first handle that is turned on and has the vertex, or one that is merged with it, or else what is
+    below it on clothes; None if none has."""
+    first, handles = kept.copies(obj), obj.meanvalue.handles[:]
+    held = members.of(obj, handles)
+    for pressed in (vertex, region.Surface(obj, [vertex]).meant()) if handles else ():
+        copies = [pressed] if first is None else np.flatnonzero(first == first[pressed])
+        for number, handle in enumerate(handles):
+            if targets.is_taking_part(handle) and np.isin(copies, held[number]).any():
+                return number
     return None
 
 
 def near_vertices(obj, vertex, size):
-    """Indices, int32, of what a handle of that Size holds at `vertex`: what is near over the surface, on all layers,
-    and in no other handle. Pieces that lie completely within Size go along as they are, without being held."""
+    """Indices, int32, of what a handle of that Size holds at `vertex` or, on clothes, below it: what is near over the
+    surface, on all layers, and in no other handle. What is worn there and pieces that lie completely within Size go
+    along without being held."""
+    vertex = region.Surface(obj, [vertex]).meant()
     surface = region.Surface(obj, [vertex])
-    reach = size * surface.diagonal
+    below, reach = surface.below(), size * surface.diagonal
     distances = surface.distances(reach, region.HANDLE_SHARE)
     near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
-    return near[(near == vertex) | ~np.isin(near, held)]
+    return near[(near == vertex) | ~np.isin(near, held) & ((below[near] < 0) | (below[vertex] >= 0))]
 
 
 def toggle_pin(obj, vertex, size, name=""):

@@ -21,6 +21,11 @@ NEARLY = 0.005
 #: No limb is longer than this share of the mesh's size.
 LONGEST_LIMB = 0.8
 
+#: A piece is worn by another that is larger, if half of it is no farther from that than the first share of the mesh's
+#: size. A press is meant for what is below it up to the last. So many vertices stand for a piece, so many pieces wear.
+FAR, SMALLER, CLOSE = 0.08, 0.95, 0.02
+SAMPLES, MOST_BODIES = 64, 4
+
 
 def require_own_group(obj):
     """@throws SceneError if the region is the vertex group of a handle, which writing to the region would change."""
@@ -69,8 +74,18 @@ class Surface:
     """
 
     def __init__(self, obj, seeds):
-        self._first, (self._ways, self.diagonal) = _ways(obj)
-        self._seeds = seeds if self._first is None else self._first[seeds]
+        self._first, (self._ways, self.diagonal, self._below, self._gaps) = _ways(obj)
+        held = np.concatenate([seeds, *members.of(obj, [each for each in obj.meanvalue.handles if each.is_enabled])])
+        self._seeds, self._held = (of if self._first is None else self._first[of] for of in (np.asarray(seeds), held))
+
+    def below(self):
+        """n int32: for each vertex of what is worn, one of the piece that wears it, about the nearest; -1 elsewhere."""
+        return self._of_mesh(self._below)
+
+    def meant(self):
+        """The first seed, or what is below it where it is pressed on what is worn and lies close."""
+        seed = self._seeds[0]
+        return int(self._below[seed] if self._gaps[seed] <= CLOSE * self.diagonal else seed)
 
     def distances(self, limit, share=1.0):
         """n float64: how far each vertex is from the seeds, over the rest shape, as long as that is within a share of
@@ -79,8 +94,12 @@ class Surface:
         return self._of_mesh(self._ways.distances(self._seeds, share * limit if is_one_piece else limit))
 
     def falloff(self, limit, free=0.0):
-        """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do."""
-        return self._of_mesh(self._ways.falloff(self._seeds, limit, free))
+        """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do.
+        All of what is worn and not held does where anything below it does: clothes, which go along with that."""
+        found, parts = self._ways.falloff(self._seeds, limit, free), self._ways.parts
+        worn = parts[(self._below >= 0) & (found[self._below] > 0.0)]
+        found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
+        return self._of_mesh(found)
 
     def limb(self, least):
         """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is
@@ -93,24 +112,47 @@ class Surface:
 
 
 def _ways(obj):
-    """(copies as of seams, (the SurfaceWays over the mesh in which they are merged, the mesh's diagonal)); kept."""
+    """(copies as of seams, what _made_ways() makes of the mesh in which they are merged); kept."""
     rest = shape_keys.rest_positions(obj.data)
     first = kept.copies(obj, rest)
     return first, kept.of(obj.data, "ways", lambda: _made_ways(obj, rest, first), rest, *kept.seam_settings(obj))
 
 
 def _made_ways(obj, rest, first):
+    """(SurfaceWays, the mesh's diagonal, Surface.below(), how far it is there)."""
     edges = mesh_arrays.edges(obj.data)
     if first is not None:
         edges = first[edges]
         edges = edges[edges[:, 0] != edges[:, 1]]
     make, none = native_loader.module().SurfaceWays, np.empty((0, 3), np.int32)
     ways, diagonal = make(rest, edges, none), point_sets.bounding_box_diagonal(rest)
+    below, gaps = np.full(len(rest), -1, np.int32), np.full(len(rest), np.inf)
     if np.count_nonzero(np.bincount(ways.parts) > 1) > 1:
         triangles = mesh_arrays.triangles(obj.data, rest)
         triangles = triangles if first is None else first[triangles]
         ways = make(rest, edges, triangles, gap=NEARLY * diagonal)
-    return ways, diagonal
+        _find_below(np.nan_to_num(rest), triangles, ways.parts, FAR * diagonal, below, gaps)
+    return ways, diagonal, below, gaps
+
+
+def _find_below(rest, triangles, parts, far, below, gaps):
+    """Fills in Surface.below(), and how far that is."""
+    triangles = triangles[np.argsort(parts[triangles[:, 0]], kind="stable")]
+    begins = np.flatnonzero(np.diff(parts[triangles[:, 0]], prepend=-1))
+    pieces = [(faces, np.unique(faces)) for faces in np.split(triangles, begins[1:])]
+    sizes = {of[0]: point_sets.bounding_box_diagonal(rest[of]) for _, of in pieces}
+    pieces.sort(key=lambda piece: -sizes[piece[1][0]])
+    bodies = 0
+    for number, (faces, body) in enumerate(pieces):
+        if below[body[0]] >= 0 or bodies == MOST_BODIES:
+            continue
+        bodies += 1
+        surface = native_loader.module().Surface(rest, faces)
+        for _, of in pieces[number + 1 :]:
+            may_be_worn = below[of[0]] < 0 and sizes[of[0]] < SMALLER * sizes[body[0]]
+            if may_be_worn and np.median(surface.nearest(rest[of[:: 1 + len(of) // SAMPLES]])[2]) <= far:
+                under, weights, gaps[of] = surface.nearest(rest[of])
+                below[of] = faces[under, np.argmax(weights, axis=1)]
 
 
 def write(obj, weights):

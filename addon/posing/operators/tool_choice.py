@@ -52,10 +52,11 @@ def size_at(context, obj, pressed):
         return settings(context).size
     shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
-    surface = region.Surface(obj, [pressed.vertex])
+    vertex = region.Surface(obj, [pressed.vertex]).meant()
+    surface = region.Surface(obj, [vertex])
     found = surface.limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
     whole = (1.0 - region.HANDLE_SHARE) * surface.diagonal
-    return limbs.up_to_body(obj, pressed.vertex, found * whole) / whole
+    return limbs.up_to_body(obj, vertex, found * whole) / whole
 
 
 def choose(context):
@@ -185,7 +186,7 @@ def _find(context, mouse):
         if pressed is None or new_handles.handle_at(obj, pressed.vertex) is not None:
             return None
         size = size_at(context, obj, pressed)
-        surface = region.Surface(obj, [pressed.vertex])
+        surface = region.Surface(obj, [region.Surface(obj, [pressed.vertex]).meant()])
         freedom = surface.falloff(size * surface.diagonal, region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
