@@ -137,6 +137,12 @@ def follow_all(settles=False):
     _schedule()
 
 
+def begin():
+    """See following.Following.begin()."""
+    roll.search()
+    _have_all("begin")
+
+
 def _have_all(act):
     """act: what all followers that may write are to do, by the name of the method."""
     with held():

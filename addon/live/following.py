@@ -91,6 +91,12 @@ class Following(Follows):
         if is_waiting and not (self._has_key(obj) and self._show_meanwhile(obj)) and is_new:
             self._wait_for_job(obj, FRAME_SECONDS - QUICK_SECONDS)
 
+    def begin(self, obj):
+        """In an operator, before Blender evaluates what that did: what comes before the first job is drawn with it."""
+        self._advance(obj, starts=False)
+        if self._job is None and self.problem is None:
+            self._comes_first(obj, makes_keys=True)
+
     def tick(self, obj):
         """In a timer: collects what is finished, and starts what is next: also where the mesh is another meanwhile."""
         if self._job is None or self._job.is_finished or (self._binding is None and not self._is_read(obj)):
@@ -172,6 +178,10 @@ class Following(Follows):
         """Whether it shows what is known of an answer that takes longer."""
         return False
 
+    def _comes_first(self, _obj, makes_keys):
+        """Whether it shows something, or is going to, before the next job begins."""
+        return False
+
     def _has_chores(self, _obj):
         """Whether there is something to be done when all is quiet."""
         return False
@@ -198,7 +208,8 @@ class Following(Follows):
             if not (makes_keys and self._job is not None):  # of what has moved since it began a handler has heard
                 self._look(obj)
             self._collect(obj, makes_keys)
-            if self._job is None and self.problem is None and starts:
+            is_free = self._job is None and self.problem is None and starts
+            if is_free and (is_quiet or not self._comes_first(obj, makes_keys)):
                 self._start_next(obj, makes_keys, is_quiet or (makes_keys and self._is_quiet(obj)))
         except MeanValueError as error:
             self.give_up(str(error))

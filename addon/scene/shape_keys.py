@@ -187,10 +187,11 @@ def keep_edit(obj, held, ours=None):
 def keep_joined(obj, shape):
     """What new vertices, as of an object that was joined, hold in the result becomes a key where n x 3 `shape` would
     write over it: on top of the pose where no handle moves it, else at value 0. Returns a note or None."""
-    held, rest, keys = result_positions(obj), rest_positions(obj.data), obj.data.shape_keys
-    if held is None or not np.isfinite(held).all():
+    keys = obj.data.shape_keys
+    if keys.get(WRITTEN[Role.POSE], "").split()[2:] in ([], [str(len(obj.data.vertices))]):
         return None
-    if keys.get(WRITTEN[Role.POSE], "").split()[2:] in ([], [str(len(held))]):
+    held, rest = result_positions(obj), rest_positions(obj.data)
+    if held is None or not np.isfinite(held).all():
         return None
     far = np.abs((held - shape, shape - rest)).max(axis=2) > 0.01 * bounding_box_diagonal(rest)
     key = add_shape(obj, "Joined Pose", rest + (held - shape)) if far[0].any() else None

@@ -62,8 +62,8 @@ class Grip:
             _require_control(obj, obj.meanvalue.handles[index])
             obj.meanvalue.active_handle = index
             self.has_size = bool(obj.meanvalue.roi_group)
-        self._rest_of_region = self._limb = self._around = None
-        with engine.held(), kept.writing(obj):  # a control that is made has its place only after this
+        self._rest_of_region = self._limb = None
+        with engine.held(), kept.writing(obj):
             handle = new_handles.add_handle(obj, vertices) if self.is_new else obj.meanvalue.handles[index]
             self.handle_name, self._size_before = handle.name, handle.size
             if self.is_new:
@@ -72,7 +72,7 @@ class Grip:
                 obj.meanvalue.live = True
             if self.is_new:
                 self.resize(obj, size)
-        self._start = control_places.world_of(self.handle(obj))
+        self._start = control_places.world_of(handle) if not self.is_new else control_places.world_when_made(obj, handle)
         self._seen = shown_shape.positions(obj)
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
@@ -94,8 +94,7 @@ class Grip:
             before = self._before.region_weights(obj)
             self._rest_of_region = before if self.is_new else region.without(obj, handle, before)
         handle.size, self._limb = size, None
-        self._around = region.around(obj, handle)
-        region.write(obj, np.maximum(self._rest_of_region, self._around))
+        region.write(obj, np.maximum(self._rest_of_region, region.around(obj, handle)))
         return True
 
     def move(self, obj, offset):
@@ -114,7 +113,7 @@ class Grip:
     def _find_limb(self, obj):
         """(from where its surroundings end to the handle, 3 in the world; how much it turns with that, 0 to 1)."""
         handle = self.handle(obj)
-        weights = region.around(obj, handle) if self._around is None else self._around
+        weights = region.around(obj, handle)
         some = np.flatnonzero((weights > 0.0) & (weights <= END_OF_LIMB))
         if len(some) == 0:
             return Vector(), 0.0

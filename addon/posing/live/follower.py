@@ -131,16 +131,26 @@ class Follower(Following):
 
         return work
 
+    def _held(self, obj):
+        """n x 3 float32: what the result holds. What the artist has made of it becomes a key of its own."""
+        if self._model(obj).written is not None:
+            return self._model(obj).written
+        held = shape_keys.held(obj, obj.meanvalue.result_key)
+        held, note = shape_keys.keep_edit(obj, held, self._model(obj).overwritten)
+        if note:
+            views.say(wording.sentence(note))
+        return held
+
+    def _write(self, obj, shape):
+        if self._model(obj).written is None and self._has_key(obj):
+            joined = shape_keys.keep_joined(obj, shape)
+            if joined:
+                views.say(wording.sentence(joined))
+        super()._write(obj, shape)
+
     def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
-        shown = self._model(obj).written
-        is_first = shown is None
-        if is_first:
-            held = shape_keys.held(obj, obj.meanvalue.result_key)
-            shown, note = shape_keys.keep_edit(obj, held, self._model(obj).overwritten)
-            if note:
-                views.say(wording.sentence(note))
-        drag = self._drag
+        is_first, shown, drag = self._model(obj).written is None, self._held(obj), self._drag
         if is_first or drag is None or drag.binding is not binding:
             self._end_early()
             answer, drafted = self._before_draft(shown)
@@ -153,9 +163,6 @@ class Follower(Following):
         def collect(owner, composed, seconds):
             if settles and self._wanted is not wanted:
                 return
-            joined = shape_keys.keep_joined(owner, composed) if is_first and self._has_key(owner) else None
-            if joined:
-                views.say(wording.sentence(joined))
             self._is_settled, drag.answer = settles, composed
             if self._wanted is wanted:
                 now = bpy.context.scene.frame_current
@@ -206,20 +213,40 @@ class Follower(Following):
 
     def _show_early(self, obj):
         """The same while the mesh is being bound, once something has moved since that began."""
-        drag, job, early = self._drag, self._job, self._job.early
+        drag, job = self._drag, self._job
         is_begun = drag is not None and drag.native is not None
-        if drag.native.rests_until if is_begun else early is not None and self._wanted is job.of:
+        if drag.native.rests_until if is_begun else job.early is not None and self._wanted is job.of:
             job.go_on()  # the first pose was drawn, or nothing is to be shown
+        if not is_begun and (job.early is None or self._wanted is job.of):
+            return False
         if not is_begun:
-            if early is None or self._wanted is job.of:
-                return False
-            answer, drafted = self._before_draft(shape_keys.held(obj, obj.meanvalue.result_key))
-            drag = self._drag = session.Drag(None, self._input, EarlyPoses(early, self._input), answer, drafted)
-        found = drag.native.next(self._wanted) if drag.drafted is not self._wanted else None
+            self._begin_early(obj)
+        return self._write_early(obj, job.early)
+
+    def _comes_first(self, obj, makes_keys):
+        if self._binding is not None or not session.is_large(self._input.solver_mesh):
+            return False
+        if not makes_keys:
+            return True  # tick() does, which may make the key; and then it is drawn
+        if self._drafted() is not None:
+            return False
+        before = self._drag
+        self._begin_early(obj)
+        if not self._write_early(obj):
+            self._drag = before
+        return self._drag is not before
+
+    def _begin_early(self, obj):
+        answer, drafted = self._before_draft(self._held(obj))
+        self._drag = session.Drag(None, self._input, EarlyPoses(self._input, answer), answer, drafted)
+
+    def _write_early(self, obj, deformer=None):
+        """Whether the mesh shows what is wanted."""
+        found = self._drag.native.next(obj, self._wanted, deformer)
         if found is not None:
-            drag.drafted, solved = found
-            self._write(obj, result.compose(self._input, drag.drafted.positions, solved))
-        return drag.drafted is self._wanted
+            self._drag.drafted, shape = found
+            self._write(obj, shape)
+        return self._drafted() is self._wanted
 
     def _end_early(self):
         drag = self._drag

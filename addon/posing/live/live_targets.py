@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles of a live object are wanted, and poses of one that is still being bound."""
 
+import numpy as np
+
 from ...errors import MeanValueError, require_none
 from ...live import following
 from ...scene import rig_space
 from ...scene.core import motion
 from ...solver import session
+from ...solver.core import result
 from ...solver.job import Job
-from ..bridge import scene_input, targets
+from ..bridge import region, scene_input, targets
 
 
 class LiveTargets:
@@ -71,29 +74,60 @@ RESTS = 5.0
 
 
 class EarlyPoses:
-    """One solve after another by what a bind has to offer early: decision 35. rests_until: 0 until one is done."""
+    """Shapes for a mesh that is still being bound: one solve after another by what that has to offer early (decision
+    35), and sketches from each to where the handles are meanwhile. rests_until: 0 until a solve is done."""
 
-    def __init__(self, deformer, bind_input):
-        self._solver = session.Drag(None, bind_input, deformer, None)
-        self._job = None
+    def __init__(self, bind_input, shape):
+        """shape: n x 3 float32 to begin with."""
+        self._known = shape[bind_input.anchors].astype(np.float64), shape  # where anchors are, and all is
+        self._input, self._job, self._solved, self._shown = bind_input, None, None, None
         self.rests_until = 0.0
 
-    def next(self, wanted):
-        """(Targets, n x 3) of a solve that is done, else None; begins one of `wanted` when it is time."""
-        if self._job is None:
-            if following.clock() >= self.rests_until:
-                self._job = Job(lambda run: session.solve_steps(self._solver, wanted, execution=run), of=wanted)
-            return None
-        if not self._job.is_finished:
-            return None
-        job, self._job = self._job, None
+    def next(self, obj, wanted, deformer):
+        """(Targets, n x 3 float32) of what there is new to show, else None. deformer: what the bind offers, or None."""
+        found = self._take() if self._job is not None and self._job.is_finished else None
+        is_due = self._job is None and wanted is not self._solved and following.clock() >= self.rests_until
+        if is_due and deformer is not None:
+            drag = session.Drag(None, self._input, deformer, None)
+            self._job = Job(lambda run: session.solve_steps(drag, wanted, execution=run), of=wanted)
+        if wanted is not self._shown or found is not None:
+            sketch = self._sketch(obj, wanted)
+            found = found if sketch is None else (wanted, sketch)
+        self._shown = self._shown if found is None else found[0]
+        return found
+
+    def _take(self):
+        """What next() gives of a solve that is done."""
+        job, self._job, self._solved = self._job, None, self._job.of
         try:
             solved, solution = job.result()
         except MeanValueError:  # the answer says why
             self.rests_until = following.clock() + following.SLOW_SECONDS
             return None
         self.rests_until = following.clock() + RESTS * solution.timings["total"]
-        return job.of, solved
+        self._known = job.of.positions, result.compose(self._input, job.of.positions, solved)
+        return job.of, self._known[1]
+
+    def _sketch(self, obj, wanted):
+        """n x 3 float32: the surroundings of handles go along with them, the less the farther, from what is known. None
+        where nothing has moved, or it is not known how far that goes."""
+        if self._input.planes is not None or wanted.weights is not None:
+            return None
+        (before, shape), found = self._known, None
+        for number, handle in enumerate(targets.enabled_handles(obj)):
+            held = self._input.handles == number
+            if np.abs(wanted.positions[held] - before[held]).max() <= motion.NOISE * self._input.diagonal:
+                continue
+            weights = region.around(obj, handle) * self._input.roi
+            members = np.flatnonzero(weights)
+            if len(members) == 0:
+                return None
+            move, points = motion.fitted(before[held], wanted.positions[held]), shape[members]
+            found = shape.copy() if found is None else found
+            found[members] += weights[members, None] * (motion.apply(move, points) - points)
+        if found is not None:
+            found[self._input.anchors] = wanted.positions
+        return found
 
     def stop(self):
         if self._job is not None:

@@ -8,7 +8,7 @@ from mathutils import Vector
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError, require_none
 from ...live import engine
-from ...scene import pose_object_making, pose_objects, selection, subject
+from ...scene import kept, pose_object_making, pose_objects, selection, subject
 from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
@@ -192,11 +192,17 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 raise SceneError(pressing.in_front(obj, self._covered))
             self._fit(context, obj)
             self._size_taken = self.size
-            with pose_object_making.ready(obj) as (obj, self._made):
+            with pose_object_making.ready(obj) as (obj, self._made), kept.writing(obj):
                 self._grip = Grip(obj, self.vertex, self.size, self.handle)
+                self._move(context, obj)
+                engine.begin()  # Blender evaluates a large mesh once, with its first pose
             self.remember_object(obj)
             self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
             context.view_layer.objects.active = pose_objects.shown(obj)  # Properties and overlay show what is posed
+        else:
+            self._move(context, obj)
+
+    def _move(self, context, obj):
         self.offset = self._pressed.turn @ (self._on_plane(context, self._mouse) - self._on_plane(context, self._start))
         self._grip.move(obj, Vector(self.offset))
 
