@@ -72,7 +72,7 @@ class Grip:
                 obj.meanvalue.live = True
             if self.is_new:
                 self.resize(obj, size)
-        self._start = control_places.world_of(handle) if not self.is_new else control_places.world_when_made(obj, handle)
+        self._start = control_places.world_when_made(obj, handle) if self.is_new else control_places.world_of(handle)
         self._seen = shown_shape.positions(obj)
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
