@@ -6,7 +6,8 @@ import functools
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes, rigs, steps
+from mathutils import Vector
+from support import handles, meshes, rigs, sheets, steps
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface, is_settled
 
@@ -171,9 +172,8 @@ class EarlyGate(Gate):
         self.finished, self.early, self.waits = False, early, True
 
 
-@pytest.fixture
-def bound_slowly(timers, part, monkeypatch):
-    """(object, control, EarlyGate of its binding): it is being bound, and can be posed meanwhile."""
+def slow_binds(part, monkeypatch):
+    """[EarlyGate] of what is bound from now on, the last one last."""
     session, module = part("solver.session"), part("solver.native_loader").module()
     bind_steps, gates = session.bind_steps, []
 
@@ -185,6 +185,13 @@ def bound_slowly(timers, part, monkeypatch):
 
     monkeypatch.setattr(session, "bind_steps", slow_steps)
     session.cache.clear()
+    return gates
+
+
+@pytest.fixture
+def bound_slowly(timers, part, monkeypatch):
+    """(object, control, EarlyGate of its binding): it is being bound, and can be posed meanwhile."""
+    gates = slow_binds(part, monkeypatch)
     obj, control = handles.tube()
     step_on(timers)
     return obj, control, gates[-1]
@@ -290,6 +297,55 @@ def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(t
     monkeypatch.undo()  # the next bind is none that waits
     timers.run(1.0)
     assert is_settled(obj)
+
+
+def test_a_large_mesh_is_sketched_in_the_one_evaluation_of_a_press(timers, part, monkeypatch):
+    monkeypatch.setattr(part("solver.session"), "EARLY_VERTICES", 1)
+    gates, obj, evaluated = slow_binds(part, monkeypatch), sheets.sheet(), []
+
+    def listen(_scene, depsgraph):
+        evaluated.extend(each for each in depsgraph.updates if each.id.original == obj and each.is_updated_geometry)
+
+    bpy.app.handlers.depsgraph_update_post.append(listen)
+    try:
+        with part("scene.kept").writing(obj):
+            grip = part("posing.bridge.grip").Grip(obj, sheets.MIDDLE, 0.3)
+            grip.move(obj, Vector((0.0, 0.0, 2.0)))
+            part("live.engine").begin()
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(listen)
+    assert len(evaluated) == 1 and not gates
+    for way in (2.0, 3.0):
+        lift, weights = sheets.lift(obj), sheets.region_weights(obj)
+        held = part("posing.bridge.members").of(obj, obj.meanvalue.handles)[0]
+        assert np.abs(lift[held] - way).max() < 1e-5 and not lift[weights == 0.0].any()
+        assert np.abs(lift - way * weights).max() < 0.02 * way
+        timers.step(0.01)
+        gates[0].early = None
+        grip.move(obj, Vector((0.0, 0.0, 3.0)))
+        update()
+    gates[0].finished = True
+    timers.run(1.0)
+    assert is_settled(obj)
+    monkeypatch.undo()
+    other = sheets.sheet()
+    bpy.ops.meanvalue.grab(vertex=sheets.MIDDLE, size=0.3, offset=(0.0, 0.0, 3.0))
+    timers.run(1.0)
+    assert np.array_equal(shown(obj), shown(other))
+
+
+def test_an_edit_of_the_pose_is_kept_where_the_mesh_is_posed_before_it_is_bound(timers, part, monkeypatch):
+    obj, control = posed(timers)
+    obj.active_shape_key_index, points = 1, obj.data.shape_keys.key_blocks[1].data
+    points[40].co.y += 0.3
+    edited = shown(obj)
+    slow_binds(part, monkeypatch)
+    part("handlers").meanvalue_another_file()
+    step_on(timers)
+    move(control, (0.2, 0.0, 0.0))
+    step_on(timers)
+    assert np.abs(shown(obj) - edited).max() > 0.1
+    assert np.array_equal(steps.key_positions(obj, "Mean-Value Edit"), edited)
 
 
 def test_large_meshes_alone_are_posed_while_they_are_bound(timers, part, monkeypatch):
