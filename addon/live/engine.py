@@ -138,9 +138,9 @@ def follow_all(settles=False):
 
 
 def begin():
-    """See following.Following.begin()."""
+    """In an operator, before Blender evaluates what that did: what is shown first is drawn with it."""
     roll.search()
-    _have_all("begin")
+    _have_all("tick")
 
 
 def _have_all(act):

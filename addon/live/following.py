@@ -91,12 +91,6 @@ class Following(Follows):
         if is_waiting and not (self._has_key(obj) and self._show_meanwhile(obj)) and is_new:
             self._wait_for_job(obj, FRAME_SECONDS - QUICK_SECONDS)
 
-    def begin(self, obj):
-        """In an operator, before Blender evaluates what that did: what comes before the first job is drawn with it."""
-        self._advance(obj, starts=False)
-        if self._job is None and self.problem is None:
-            self._comes_first(obj, makes_keys=True)
-
     def tick(self, obj):
         """In a timer: collects what is finished, and starts what is next: also where the mesh is another meanwhile."""
         if self._job is None or self._job.is_finished or (self._binding is None and not self._is_read(obj)):

@@ -184,6 +184,7 @@ def slow_binds(part, monkeypatch):
         return (yield from bind_steps(bind_input, triangles, execution, **options))
 
     monkeypatch.setattr(session, "bind_steps", slow_steps)
+    monkeypatch.setattr(session, "EARLY_VERTICES", 1)
     session.cache.clear()
     return gates
 
@@ -300,7 +301,6 @@ def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(t
 
 
 def test_a_large_mesh_is_sketched_in_the_one_evaluation_of_a_press(timers, part, monkeypatch):
-    monkeypatch.setattr(part("solver.session"), "EARLY_VERTICES", 1)
     gates, obj, evaluated = slow_binds(part, monkeypatch), sheets.sheet(), []
 
     def listen(_scene, depsgraph):

@@ -211,38 +211,25 @@ class Follower(Following):
             drag.drafted = wanted
         return True
 
-    def _show_early(self, obj):
-        """The same while the mesh is being bound, once something has moved since that began."""
-        drag, job = self._drag, self._job
-        is_begun = drag is not None and drag.native is not None
-        if drag.native.rests_until if is_begun else job.early is not None and self._wanted is job.of:
-            job.go_on()  # the first pose was drawn, or nothing is to be shown
-        if not is_begun and (job.early is None or self._wanted is job.of):
-            return False
-        if not is_begun:
-            self._begin_early(obj)
-        return self._write_early(obj, job.early)
-
     def _comes_first(self, obj, makes_keys):
         if self._binding is not None or not session.is_large(self._input.solver_mesh):
             return False
         if not makes_keys:
             return True  # tick() does, which may make the key; and then it is drawn
-        if self._drafted() is not None:
+        if self._drag is not None and self._drag.native is not None:
             return False
-        before = self._drag
-        self._begin_early(obj)
-        if not self._write_early(obj):
-            self._drag = before
-        return self._drag is not before
-
-    def _begin_early(self, obj):
         answer, drafted = self._before_draft(self._held(obj))
         self._drag = session.Drag(None, self._input, EarlyPoses(self._input, answer), answer, drafted)
+        return self._show_early(obj)
 
-    def _write_early(self, obj, deformer=None):
-        """Whether the mesh shows what is wanted."""
-        found = self._drag.native.next(obj, self._wanted, deformer)
+    def _show_early(self, obj):
+        """As _show_meanwhile(), before and while the mesh is bound."""
+        poses, early = self._drag.native if self._drag is not None else None, self._job and self._job.early
+        if poses is None:
+            return False
+        if poses.rests_until or (early is not None and poses.is_still(self._wanted)):
+            self._job.go_on()  # the first pose was drawn, or nothing is to be shown
+        found = poses.next(obj, self._wanted, early)
         if found is not None:
             self._drag.drafted, shape = found
             self._write(obj, shape)

@@ -80,13 +80,17 @@ class EarlyPoses:
     def __init__(self, bind_input, shape):
         """shape: n x 3 float32 to begin with."""
         self._known = shape[bind_input.anchors].astype(np.float64), shape  # where anchors are, and all is
-        self._input, self._job, self._solved, self._shown = bind_input, None, None, None
+        self._input, self._job, self._shown = bind_input, None, None
         self.rests_until = 0.0
+
+    def is_still(self, wanted):
+        """Whether nothing has moved from what is known."""
+        return np.abs(wanted.positions - self._known[0]).max(initial=0.0) <= motion.NOISE * self._input.diagonal
 
     def next(self, obj, wanted, deformer):
         """(Targets, n x 3 float32) of what there is new to show, else None. deformer: what the bind offers, or None."""
         found = self._take() if self._job is not None and self._job.is_finished else None
-        is_due = self._job is None and wanted is not self._solved and following.clock() >= self.rests_until
+        is_due = self._job is None and following.clock() >= self.rests_until and not self.is_still(wanted)
         if is_due and deformer is not None:
             drag = session.Drag(None, self._input, deformer, None)
             self._job = Job(lambda run: session.solve_steps(drag, wanted, execution=run), of=wanted)
@@ -98,7 +102,7 @@ class EarlyPoses:
 
     def _take(self):
         """What next() gives of a solve that is done."""
-        job, self._job, self._solved = self._job, None, self._job.of
+        job, self._job = self._job, None
         try:
             solved, solution = job.result()
         except MeanValueError:  # the answer says why
@@ -116,7 +120,7 @@ class EarlyPoses:
         (before, shape), found = self._known, None
         for number, handle in enumerate(targets.enabled_handles(obj)):
             held = self._input.handles == number
-            if np.abs(wanted.positions[held] - before[held]).max() <= motion.NOISE * self._input.diagonal:
+            if np.abs(wanted.positions[held] - before[held]).max(initial=0.0) <= motion.NOISE * self._input.diagonal:
                 continue
             weights = region.around(obj, handle) * self._input.roi
             members = np.flatnonzero(weights)
