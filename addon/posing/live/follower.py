@@ -112,6 +112,10 @@ class Follower(Following):
 
     def _write(self, obj, shape):
         is_made = not self._has_key(obj)
+        is_first = self._model(obj).written is None and not is_made
+        joined = shape_keys.keep_joined(obj, shape) if is_first else None
+        if joined:
+            views.say(wording.sentence(joined))
         super()._write(obj, shape)
         along.pose(obj, shape, makes_keys=is_made)
 
@@ -140,13 +144,6 @@ class Follower(Following):
         if note:
             views.say(wording.sentence(note))
         return held
-
-    def _write(self, obj, shape):
-        if self._model(obj).written is None and self._has_key(obj):
-            joined = shape_keys.keep_joined(obj, shape)
-            if joined:
-                views.say(wording.sentence(joined))
-        super()._write(obj, shape)
 
     def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
