@@ -172,10 +172,6 @@ class Following(Follows):
         """Whether it shows what is known of an answer that takes longer."""
         return False
 
-    def _comes_first(self, _obj, makes_keys):
-        """Whether it shows something, or is going to, before the next job begins."""
-        return False
-
     def _has_chores(self, _obj):
         """Whether there is something to be done when all is quiet."""
         return False
@@ -202,8 +198,7 @@ class Following(Follows):
             if not (makes_keys and self._job is not None):  # of what has moved since it began a handler has heard
                 self._look(obj)
             self._collect(obj, makes_keys)
-            is_free = self._job is None and self.problem is None and starts
-            if is_free and (is_quiet or not self._comes_first(obj, makes_keys)):
+            if self._job is None and self.problem is None and starts:
                 self._start_next(obj, makes_keys, is_quiet or (makes_keys and self._is_quiet(obj)))
         except MeanValueError as error:
             self.give_up(str(error))

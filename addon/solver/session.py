@@ -89,11 +89,6 @@ def remember(bind_input, binding):
     cache.put(found, binding, int(binding.deformer.report.bytes), found.family)
 
 
-def is_large(mesh):
-    """Whether binding a solver mesh takes so long that it is worth it to pose it meanwhile."""
-    return np.count_nonzero(mesh.roi) >= EARLY_VERTICES
-
-
 def bind_steps(bind_input, triangles, execution, portable=False, known=None, early=False):
     """Steps (see solver/job.py) to a new Binding; `triangles` m x 3 int32.
 
@@ -105,7 +100,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
     """
     mesh = bind_input.solver_mesh
     anchors, held = _held(mesh, bind_input)
-    held["early"] = early and is_large(mesh)
+    held["early"] = early and np.count_nonzero(mesh.roi) >= EARLY_VERTICES
     examples = []  # shapes, and the names of their keys
     if bind_input.examples is not None and known is None:
         names = bind_input.examples.names

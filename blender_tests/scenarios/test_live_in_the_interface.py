@@ -172,8 +172,9 @@ class EarlyGate(Gate):
         self.finished, self.early, self.waits = False, early, True
 
 
-def slow_binds(part, monkeypatch):
-    """[EarlyGate] of what is bound from now on, the last one last."""
+@pytest.fixture
+def bound_slowly(timers, part, monkeypatch):
+    """(object, control, EarlyGate of its binding): it is being bound, and can be posed meanwhile."""
     session, module = part("solver.session"), part("solver.native_loader").module()
     bind_steps, gates = session.bind_steps, []
 
@@ -186,13 +187,6 @@ def slow_binds(part, monkeypatch):
     monkeypatch.setattr(session, "bind_steps", slow_steps)
     monkeypatch.setattr(session, "EARLY_VERTICES", 1)
     session.cache.clear()
-    return gates
-
-
-@pytest.fixture
-def bound_slowly(timers, part, monkeypatch):
-    """(object, control, EarlyGate of its binding): it is being bound, and can be posed meanwhile."""
-    gates = slow_binds(part, monkeypatch)
     obj, control = handles.tube()
     step_on(timers)
     return obj, control, gates[-1]
@@ -301,45 +295,32 @@ def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(t
 
 
 def test_a_large_mesh_is_sketched_in_the_one_evaluation_of_a_press(timers, part, monkeypatch):
-    gates, obj, evaluated = slow_binds(part, monkeypatch), sheets.sheet(), []
-
-    def listen(_scene, depsgraph):
-        evaluated.extend(each for each in depsgraph.updates if each.id.original == obj and each.is_updated_geometry)
-
-    bpy.app.handlers.depsgraph_update_post.append(listen)
-    try:
-        with part("scene.kept").writing(obj):
-            grip = part("posing.bridge.grip").Grip(obj, sheets.MIDDLE, 0.3)
-            grip.move(obj, Vector((0.0, 0.0, 2.0)))
-            part("live.engine").begin()
-    finally:
-        bpy.app.handlers.depsgraph_update_post.remove(listen)
-    assert len(evaluated) == 1 and not gates
-    for way in (2.0, 3.0):
-        lift, weights = sheets.lift(obj), sheets.region_weights(obj)
-        held = part("posing.bridge.members").of(obj, obj.meanvalue.handles)[0]
-        assert np.abs(lift[held] - way).max() < 1e-5 and not lift[weights == 0.0].any()
-        assert np.abs(lift - way * weights).max() < 0.02 * way
-        timers.step(0.01)
-        gates[0].early = None
-        grip.move(obj, Vector((0.0, 0.0, 3.0)))
-        update()
-    gates[0].finished = True
+    monkeypatch.setattr(part("solver.session"), "EARLY_VERTICES", 1)
+    obj, told = sheets.sheet(), []
+    listener = lambda _scene, depsgraph: told.extend(depsgraph.updates)  # noqa: E731
+    bpy.app.handlers.depsgraph_update_post.append(listener)
+    with part("scene.kept").writing(obj):
+        grip = part("posing.bridge.grip").Grip(obj, sheets.MIDDLE, 0.3)
+        grip.move(obj, Vector((0.0, 0.0, 2.0)))
+        part("live.engine").begin()
+    bpy.app.handlers.depsgraph_update_post.remove(listener)
+    assert len([each for each in told if each.id.original == obj and each.is_updated_geometry]) == 1
+    assert np.abs(sheets.lift(obj) - 2.0 * sheets.region_weights(obj)).max() < 0.04
+    assert abs(sheets.lift(obj)[sheets.MIDDLE] - 2.0) < 1e-5 and part("live.roll").follower_of(obj)._job is None
     timers.run(1.0)
     assert is_settled(obj)
-    monkeypatch.undo()
     other = sheets.sheet()
-    bpy.ops.meanvalue.grab(vertex=sheets.MIDDLE, size=0.3, offset=(0.0, 0.0, 3.0))
+    sheets.grab(size=0.3)
     timers.run(1.0)
     assert np.array_equal(shown(obj), shown(other))
 
 
-def test_an_edit_of_the_pose_is_kept_where_the_mesh_is_posed_before_it_is_bound(timers, part, monkeypatch):
-    obj, control = posed(timers)
-    obj.active_shape_key_index, points = 1, obj.data.shape_keys.key_blocks[1].data
-    points[40].co.y += 0.3
+def test_an_edit_of_the_pose_is_kept_where_the_mesh_is_posed_before_it_is_bound(timers, part, bound_slowly):
+    obj, control, _gate = bound_slowly
+    move(control, (0.2, 0.0, 0.0))
+    step_on(timers)
+    obj.active_shape_key_index, obj.data.shape_keys.key_blocks[1].data[40].co.y = 1, 0.5
     edited = shown(obj)
-    slow_binds(part, monkeypatch)
     part("handlers").meanvalue_another_file()
     step_on(timers)
     move(control, (0.2, 0.0, 0.0))

@@ -117,11 +117,6 @@ def world_of(handle):
     return world if bone is None else world @ np.array(bone.matrix, np.float64)
 
 
-def world_when_made(obj, handle):
-    """4 x 4: the same of a control that was made, which Blender has not evaluated yet."""
-    return np.array(obj.matrix_world @ handle.control.matrix_parent_inverse @ handle.control.matrix_basis)
-
-
 def put(handle, world):
     """Puts the control to 4 x 4 `world`."""
     control, place, bone = handle.control, to_blender(world), bone_of(handle)

@@ -62,7 +62,7 @@ class Grip:
             _require_control(obj, obj.meanvalue.handles[index])
             obj.meanvalue.active_handle = index
             self.has_size = bool(obj.meanvalue.roi_group)
-        self._rest_of_region = self._limb = None
+        self._rest_of_region = self._limb = self._around = None
         with engine.held(), kept.writing(obj):
             handle = new_handles.add_handle(obj, vertices) if self.is_new else obj.meanvalue.handles[index]
             self.handle_name, self._size_before = handle.name, handle.size
@@ -72,7 +72,9 @@ class Grip:
                 obj.meanvalue.live = True
             if self.is_new:
                 self.resize(obj, size)
-        self._start = control_places.world_when_made(obj, handle) if self.is_new else control_places.world_of(handle)
+        self._start, made = control_places.world_of(handle), handle.control
+        if self.is_new:  # Blender may not have evaluated it yet
+            self._start = np.array(obj.matrix_world @ made.matrix_parent_inverse @ made.matrix_basis)
         self._seen = shown_shape.positions(obj)
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
@@ -94,7 +96,8 @@ class Grip:
             before = self._before.region_weights(obj)
             self._rest_of_region = before if self.is_new else region.without(obj, handle, before)
         handle.size, self._limb = size, None
-        region.write(obj, np.maximum(self._rest_of_region, region.around(obj, handle)))
+        self._around = region.around(obj, handle)
+        region.write(obj, np.maximum(self._rest_of_region, self._around))
         return True
 
     def move(self, obj, offset):
@@ -113,7 +116,7 @@ class Grip:
     def _find_limb(self, obj):
         """(from where its surroundings end to the handle, 3 in the world; how much it turns with that, 0 to 1)."""
         handle = self.handle(obj)
-        weights = region.around(obj, handle)
+        weights = region.around(obj, handle) if self._around is None else self._around
         some = np.flatnonzero((weights > 0.0) & (weights <= END_OF_LIMB))
         if len(some) == 0:
             return Vector(), 0.0

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The vertex group that is the region of influence, and how far it grows from a handle."""
 
-import functools
-
 import bpy
 import numpy as np
 
@@ -183,19 +181,13 @@ def shown_size(obj):
 def around(obj, *handles):
     """n float, 0 to 1: the surroundings of handles, each as far as its `size` says. Nearer vertices have more. Pieces
     that lie completely within that, as eyes in a head, have 1."""
+    found = np.zeros(len(obj.data.vertices))
     handles = [handle for handle in handles if handle.size > 0.0]
-    found = [_around(obj, *each) for each in zip(handles, members.of(obj, handles), strict=True) if len(each[1])]
-    return functools.reduce(np.maximum, found) if found else np.zeros(len(obj.data.vertices))
-
-
-def _around(obj, handle, seeds):
-    """Of one, as around(); kept."""
-
-    def make():
-        surface = Surface(obj, seeds)
-        return surface.falloff((1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal))
-
-    return kept.of(obj.data, f"around {handle.name}", make, seeds, handle.size, *kept.seam_settings(obj))
+    for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
+        if len(seeds):
+            surface = Surface(obj, seeds)
+            found = np.maximum(found, surface.falloff((1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)))
+    return found
 
 
 def without(obj, handle, weights):

@@ -208,20 +208,21 @@ class Follower(Following):
             drag.drafted = wanted
         return True
 
-    def _comes_first(self, obj, makes_keys):
-        if self._binding is not None or not session.is_large(self._input.solver_mesh):
-            return False
-        if not makes_keys:
-            return True  # tick() does, which may make the key; and then it is drawn
-        if self._drag is not None and self._drag.native is not None:
-            return False
-        answer, drafted = self._before_draft(self._held(obj))
-        self._drag = session.Drag(None, self._input, EarlyPoses(self._input, answer), answer, drafted)
-        return self._show_early(obj)
+    def _start_next(self, obj, makes_keys, is_quiet):
+        is_large = np.count_nonzero(self._input.solver_mesh.roi) >= session.EARLY_VERTICES
+        if self._binding is None and is_large and self._is_quiet(obj) >= is_quiet:  # else who asks waits for the end
+            if not makes_keys:
+                return  # tick() does
+            if self._drag is None or self._drag.native is None:
+                answer, drafted = self._before_draft(self._held(obj))
+                self._drag = session.Drag(None, self._input, EarlyPoses(self._input, answer), answer, drafted)
+                if self._show_early(obj):
+                    return  # it is drawn before the bind begins
+        super()._start_next(obj, makes_keys, is_quiet)
 
     def _show_early(self, obj):
         """As _show_meanwhile(), before and while the mesh is bound."""
-        poses, early = self._drag.native if self._drag is not None else None, self._job and self._job.early
+        poses, early = self._drag and self._drag.native, self._job and self._job.early
         if poses is None:
             return False
         if poses.rests_until or (early is not None and poses.is_still(self._wanted)):

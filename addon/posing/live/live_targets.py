@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles of a live object are wanted, and poses of one that is still being bound."""
 
+import contextlib
+
 import numpy as np
 
 from ...errors import MeanValueError, require_none
@@ -80,57 +82,52 @@ class EarlyPoses:
     def __init__(self, bind_input, shape):
         """shape: n x 3 float32 to begin with."""
         self._known = shape[bind_input.anchors].astype(np.float64), shape  # where anchors are, and all is
-        self._input, self._job, self._shown = bind_input, None, None
+        self._input, self._job, self._shown, self._weights = bind_input, None, None, {}
         self.rests_until = 0.0
 
     def is_still(self, wanted):
         """Whether nothing has moved from what is known."""
-        return np.abs(wanted.positions - self._known[0]).max(initial=0.0) <= motion.NOISE * self._input.diagonal
+        return not self._moved(wanted).any()
+
+    def _moved(self, wanted):
+        return np.abs(wanted.positions - self._known[0]).max(axis=1) > motion.NOISE * self._input.diagonal
 
     def next(self, obj, wanted, deformer):
         """(Targets, n x 3 float32) of what there is new to show, else None. deformer: what the bind offers, or None."""
-        found = self._take() if self._job is not None and self._job.is_finished else None
+        found = None
+        if self._job is not None and self._job.is_finished:
+            job, self._job, seconds = self._job, None, following.SLOW_SECONDS
+            with contextlib.suppress(MeanValueError):  # the answer says why
+                solved, solution = job.result()
+                found, seconds = job.of, RESTS * solution.timings["total"]
+                self._known = found.positions, result.compose(self._input, found.positions, solved)
+                found = found, self._known[1]
+            self.rests_until = following.clock() + seconds
         is_due = self._job is None and following.clock() >= self.rests_until and not self.is_still(wanted)
         if is_due and deformer is not None:
             drag = session.Drag(None, self._input, deformer, None)
             self._job = Job(lambda run: session.solve_steps(drag, wanted, execution=run), of=wanted)
         if wanted is not self._shown or found is not None:
-            sketch = self._sketch(obj, wanted)
+            sketch, self._shown = self._sketch(obj, wanted), wanted
             found = found if sketch is None else (wanted, sketch)
-        self._shown = self._shown if found is None else found[0]
         return found
 
-    def _take(self):
-        """What next() gives of a solve that is done."""
-        job, self._job = self._job, None
-        try:
-            solved, solution = job.result()
-        except MeanValueError:  # the answer says why
-            self.rests_until = following.clock() + following.SLOW_SECONDS
-            return None
-        self.rests_until = following.clock() + RESTS * solution.timings["total"]
-        self._known = job.of.positions, result.compose(self._input, job.of.positions, solved)
-        return job.of, self._known[1]
-
     def _sketch(self, obj, wanted):
-        """n x 3 float32: the surroundings of handles go along with them, the less the farther, from what is known. None
-        where nothing has moved, or it is not known how far that goes."""
-        if self._input.planes is not None or wanted.weights is not None:
+        """n x 3 float32: surroundings of handles go along, the less the farther, from what is known. None where nothing
+        has moved, or how far that goes is unknown."""
+        (before, shape), moved = self._known, self._input.handles[self._moved(wanted)]
+        if self._input.planes is not None or wanted.weights is not None or len(moved) == 0:
             return None
-        (before, shape), found = self._known, None
-        for number, handle in enumerate(targets.enabled_handles(obj)):
-            held = self._input.handles == number
-            if np.abs(wanted.positions[held] - before[held]).max(initial=0.0) <= motion.NOISE * self._input.diagonal:
-                continue
-            weights = region.around(obj, handle) * self._input.roi
-            members = np.flatnonzero(weights)
+        handles, found = targets.enabled_handles(obj), shape.copy()
+        for number in np.unique(moved):
+            if number not in self._weights:
+                self._weights[number] = region.around(obj, handles[number]) * self._input.roi
+            held, members = self._input.handles == number, np.flatnonzero(self._weights[number])
             if len(members) == 0:
                 return None
             move, points = motion.fitted(before[held], wanted.positions[held]), shape[members]
-            found = shape.copy() if found is None else found
-            found[members] += weights[members, None] * (motion.apply(move, points) - points)
-        if found is not None:
-            found[self._input.anchors] = wanted.positions
+            found[members] += self._weights[number][members, None] * (motion.apply(move, points) - points)
+        found[self._input.anchors] = wanted.positions
         return found
 
     def stop(self):
