@@ -133,17 +133,11 @@ def follow_all(settles=False):
     _is_missed = _holds > 0
     if _is_missed or _is_rendering:
         return
-    _have_all("finish" if settles or bpy.app.background else "follow")
+    have_all("finish" if settles or bpy.app.background else "follow")
     _schedule()
 
 
-def begin():
-    """In an operator, before Blender evaluates what that did: what is shown first is drawn with it."""
-    roll.search()
-    _have_all("tick")
-
-
-def _have_all(act):
+def have_all(act):
     """act: what all followers that may write are to do, by the name of the method."""
     with held():
         for obj, follower in roll.in_charge():
@@ -159,7 +153,7 @@ def _tick():
         views.pop_up("Mean-Value", wording.sentence(render_notes.untold.pop(0)))
     if not (_is_rendering or _holds):
         is_missed, _is_missed = _is_missed, False
-        _have_all("follow" if is_missed else "tick")
+        have_all("follow" if is_missed else "tick")
     return _wait()
 
 

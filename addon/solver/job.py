@@ -34,8 +34,6 @@ class Job:
         """Waits at most `seconds` (None: as long as it takes). Returns whether the work is finished."""
         until = time.monotonic() + (math.inf if seconds is None else seconds)
         while not self.is_finished:
-            if seconds is None:
-                self.go_on()
             left = until - time.monotonic()
             if left <= 0.0:
                 return False
@@ -66,11 +64,6 @@ class Job:
     def early(self):
         """What the native Task at work has to offer before its result, or None."""
         return getattr(self._task, "early", None)
-
-    def go_on(self):
-        """The Task at work waits no longer, as it does for what is `early` to be made use of."""
-        if getattr(self._task, "waits", False):
-            self._task.waits = False
 
     @property
     def progress(self):

@@ -94,7 +94,7 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
 
     portable: with the same bits on every processor of an architecture, and slower.
     known: what earlier() gave: the same Binding in two thirds of the time, and `triangles` are not looked at.
-    early: if the mesh is large, the Job has an `early` meanwhile, and then waits for its go_on().
+    early: if the mesh is large, the Job has an `early` meanwhile.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.
     """
@@ -250,8 +250,6 @@ def _weights(mesh, weights):
 def steps(function, *arguments, refused=REFUSED_MESH, **options):
     """Steps (see solver/job.py) to what the native task comes to that `function` begins; as call()."""
     task = call(function, *arguments, refused=refused, **options)
-    if options.get("early"):
-        task.waits = True
     yield task
     return call(task.result, refused=refused)
 

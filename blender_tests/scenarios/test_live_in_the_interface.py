@@ -169,7 +169,7 @@ class EarlyGate(Gate):
     """A bind that is not over, and has something to show."""
 
     def __init__(self, early):
-        self.finished, self.early, self.waits = False, early, True
+        self.finished, self.early = False, early
 
 
 @pytest.fixture
@@ -199,15 +199,12 @@ def step_on(timers):
 
 def test_a_mesh_is_posed_while_it_is_bound(timers, bound_slowly):
     obj, control, gate = bound_slowly
-    assert obj.data.shape_keys is None and not gate.waits  # nothing has moved since
-    gate.waits = True
+    assert obj.data.shape_keys is None  # nothing has moved since
     for _step in range(3):
         move(control, (0.2, 0.0, 0.0))
         while obj.data.shape_keys is None:
-            assert gate.waits  # for the first pose, before the rest of the bind
             timers.step(0.01)
         step_on(timers)
-    assert not gate.waits
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 0.6).max() < 1e-6
     assert not is_settled(obj)
     gate.finished = True
@@ -278,10 +275,9 @@ def test_a_mesh_that_was_changed_while_it_is_bound_is_not_written_to(timers, par
     assert part("live.roll").follower_of(obj).problem is None
 
 
-def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(timers, part, bound_slowly, monkeypatch):
-    obj, _control, gate = bound_slowly
+def test_a_bind_goes_on_anew_where_the_mesh_was_changed_in_a_render(timers, part, bound_slowly, monkeypatch):
+    obj, _control, _gate = bound_slowly
     engine = part("live.engine")
-    gate.waits = True
     with monkeypatch.context() as rendering:
         rendering.setattr(engine, "_notice_end_of_rendering", lambda: None)
         engine.render_started()
@@ -289,7 +285,7 @@ def test_a_bind_that_waits_goes_on_anew_where_the_mesh_was_changed_in_a_render(t
         update()
     engine.render_ended()
     part("live.render_notes").forget()  # there is no window to tell in that the render shows less
-    monkeypatch.undo()  # the next bind is none that waits
+    monkeypatch.undo()  # the next bind is quick
     timers.run(1.0)
     assert is_settled(obj)
 
@@ -302,7 +298,7 @@ def test_a_large_mesh_is_sketched_in_the_one_evaluation_of_a_press(timers, part,
     with part("scene.kept").writing(obj):
         grip = part("posing.bridge.grip").Grip(obj, sheets.MIDDLE, 0.3)
         grip.move(obj, Vector((0.0, 0.0, 2.0)))
-        part("live.engine").begin()
+        part("live.engine").have_all("tick")
     bpy.app.handlers.depsgraph_update_post.remove(listener)
     assert len([each for each in told if each.id.original == obj and each.is_updated_geometry]) == 1
     assert np.abs(sheets.lift(obj) - 2.0 * sheets.region_weights(obj)).max() < 0.04

@@ -112,8 +112,7 @@ class Follower(Following):
 
     def _write(self, obj, shape):
         is_made = not self._has_key(obj)
-        is_first = self._model(obj).written is None and not is_made
-        joined = shape_keys.keep_joined(obj, shape) if is_first else None
+        joined = None if is_made or self._model(obj).written is not None else shape_keys.keep_joined(obj, shape)
         if joined:
             views.say(wording.sentence(joined))
         super()._write(obj, shape)
@@ -222,12 +221,8 @@ class Follower(Following):
 
     def _show_early(self, obj):
         """As _show_meanwhile(), before and while the mesh is bound."""
-        poses, early = self._drag and self._drag.native, self._job and self._job.early
-        if poses is None:
-            return False
-        if poses.rests_until or (early is not None and poses.is_still(self._wanted)):
-            self._job.go_on()  # the first pose was drawn, or nothing is to be shown
-        found = poses.next(obj, self._wanted, early)
+        poses = self._drag and self._drag.native
+        found = poses and poses.next(obj, self._wanted, self._job and self._job.early)
         if found is not None:
             self._drag.drafted, shape = found
             self._write(obj, shape)

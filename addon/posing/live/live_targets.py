@@ -76,25 +76,16 @@ RESTS = 5.0
 
 
 class EarlyPoses:
-    """Shapes for a mesh that is still being bound: one solve after another by what that has to offer early (decision
-    35), and sketches from each to where the handles are meanwhile. rests_until: 0 until a solve is done."""
+    """Shapes while a mesh is bound: solves by what that offers early, and sketches from each on (decision 35)."""
 
     def __init__(self, bind_input, shape):
-        """shape: n x 3 float32 to begin with."""
         self._known = shape[bind_input.anchors].astype(np.float64), shape  # where anchors are, and all is
         self._input, self._job, self._shown, self._weights = bind_input, None, None, {}
-        self.rests_until = 0.0
-
-    def is_still(self, wanted):
-        """Whether nothing has moved from what is known."""
-        return not self._moved(wanted).any()
-
-    def _moved(self, wanted):
-        return np.abs(wanted.positions - self._known[0]).max(axis=1) > motion.NOISE * self._input.diagonal
+        self._rests_until = 0.0
 
     def next(self, obj, wanted, deformer):
         """(Targets, n x 3 float32) of what there is new to show, else None. deformer: what the bind offers, or None."""
-        found = None
+        found, noise = None, motion.NOISE * self._input.diagonal
         if self._job is not None and self._job.is_finished:
             job, self._job, seconds = self._job, None, following.SLOW_SECONDS
             with contextlib.suppress(MeanValueError):  # the answer says why
@@ -102,24 +93,23 @@ class EarlyPoses:
                 found, seconds = job.of, RESTS * solution.timings["total"]
                 self._known = found.positions, result.compose(self._input, found.positions, solved)
                 found = found, self._known[1]
-            self.rests_until = following.clock() + seconds
-        is_due = self._job is None and following.clock() >= self.rests_until and not self.is_still(wanted)
-        if is_due and deformer is not None:
+            self._rests_until = following.clock() + seconds
+        moved = np.unique(self._input.handles[np.abs(wanted.positions - self._known[0]).max(axis=1) > noise])
+        if deformer is not None and self._job is None and following.clock() >= self._rests_until and len(moved):
             drag = session.Drag(None, self._input, deformer, None)
             self._job = Job(lambda run: session.solve_steps(drag, wanted, execution=run), of=wanted)
         if wanted is not self._shown or found is not None:
-            sketch, self._shown = self._sketch(obj, wanted), wanted
+            sketch, self._shown = self._sketch(obj, wanted, moved), wanted
             found = found if sketch is None else (wanted, sketch)
         return found
 
-    def _sketch(self, obj, wanted):
-        """n x 3 float32: surroundings of handles go along, the less the farther, from what is known. None where nothing
-        has moved, or how far that goes is unknown."""
-        (before, shape), moved = self._known, self._input.handles[self._moved(wanted)]
+    def _sketch(self, obj, wanted, moved):
+        """n x 3 float32: what `moved`, numbers of handles, reach goes along, the less the farther. None if unknown."""
+        before, shape = self._known
         if self._input.planes is not None or wanted.weights is not None or len(moved) == 0:
             return None
         handles, found = targets.enabled_handles(obj), shape.copy()
-        for number in np.unique(moved):
+        for number in moved:
             if number not in self._weights:
                 self._weights[number] = region.around(obj, handles[number]) * self._input.roi
             held, members = self._input.handles == number, np.flatnonzero(self._weights[number])

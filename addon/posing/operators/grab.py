@@ -194,15 +194,12 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             self._size_taken = self.size
             with pose_object_making.ready(obj) as (obj, self._made), kept.writing(obj):
                 self._grip = Grip(obj, self.vertex, self.size, self.handle)
-                self._move(context, obj)
-                engine.begin()  # Blender evaluates a large mesh once, with its first pose
+                self._drag(context, event, obj)
+                engine.have_all("tick")  # so that Blender evaluates a large mesh once, with its first pose
             self.remember_object(obj)
             self._active = context.view_layer.objects.active.name if context.view_layer.objects.active else ""
             context.view_layer.objects.active = pose_objects.shown(obj)  # Properties and overlay show what is posed
-        else:
-            self._move(context, obj)
-
-    def _move(self, context, obj):
+            return
         self.offset = self._pressed.turn @ (self._on_plane(context, self._mouse) - self._on_plane(context, self._start))
         self._grip.move(obj, Vector(self.offset))
 
