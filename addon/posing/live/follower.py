@@ -208,8 +208,8 @@ class Follower(Following):
         return True
 
     def _start_next(self, obj, makes_keys, is_quiet):
-        is_large = np.count_nonzero(self._input.solver_mesh.roi) >= session.EARLY_VERTICES
-        if self._binding is None and is_large and self._is_quiet(obj) >= is_quiet:  # else who asks waits for the end
+        is_slow = self._binding is None and np.count_nonzero(self._input.solver_mesh.roi) >= session.EARLY_VERTICES
+        if is_slow and self._is_quiet(obj) >= is_quiet:  # else who asks waits for the end
             if not makes_keys:
                 return  # tick() does
             if self._drag is None or self._drag.native is None:
