@@ -313,8 +313,8 @@ def test_limbs_are_where_one_segment_has_most_of_the_weight():
     vertices = np.arange(4)
     upper, twist, lower = np.array([(0.5, 0.3, 0.6, 0.0), (0.5, 0.3, 0.2, 0.0), (0.0, 0.6, 0.2, 0.0)])
     of_bones = {"upper": [(vertices, upper), (vertices, twist)], "lower": [(vertices, lower)]}
-    found, part_of = joints.by_weights(np.zeros((4, 3)), of_bones)
-    assert part_of.tolist() == [0, 0, 0, -1]
+    found, part_of, is_whole = joints.by_weights(np.zeros((4, 3)), of_bones)
+    assert part_of.tolist() == [0, 0, 0, -1] and is_whole.tolist() == [True, False, True, False]
     assert found[0] == joints.STIFF and found[1] == found[3] == 1.0 and 10.0 < found[2] < 25.0
 
 

@@ -74,11 +74,11 @@ def _at_rig(obj, rest, corners, starts):
             found.setdefault(of_bone[bone], []).append(weights[bone])
     if not found:
         return {"bends": "No bone of a rig has weights here: it bends everywhere"}
-    factors, part_of = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
+    factors, *parts = joints.by_weights(rest.astype(np.float64), found, _hinges(obj, parents, of_bone, found))
     up = segments.ways_up(parents, of_bone, found)
     told = wording.counted(sum(len(way) > 1 for way in up), "joint")
     bends = f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
-    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, part_of, up), "bends": bends}
+    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, *parts, up), "bends": bends}
 
 
 def _hinges(obj, parents, of_bone, found):

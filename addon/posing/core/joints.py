@@ -39,7 +39,7 @@ SHORTEST = 0.004
 
 
 def by_weights(rest, segments, hinges=()):
-    """(n factors, n numbers of the segment that has most of each vertex, -1 where none has any).
+    """(n factors, n numbers of the segment that has most of each vertex, -1 for none; n bool, whether it is no joint).
 
     rest: n x 3; segments: {name: [(vertex indices, weights), ...] of its bones}. What no bone carries is no limb.
     hinges: [(names of a limb's upper and lower half, unit vector along it, unit vector to where its joint points)]
@@ -57,7 +57,7 @@ def by_weights(rest, segments, hinges=()):
     factors = 1.0 + (STIFF - 1.0) * _smooth((most / total - FROM) / (TO - FROM))
     for upper, lower, along, way in hinges:
         _bend_one_way(factors, rest, of_hinges[upper] / total, of_hinges[lower] / total, along, way)
-    return np.maximum(factors, SOFTEST), part_of
+    return np.maximum(factors, SOFTEST), part_of, most > FROM * total
 
 
 def freedom(factors):

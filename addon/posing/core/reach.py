@@ -17,7 +17,7 @@ LONGEST, VISIBLE, ROUNDS = 1.05, 1e-3, 100
 class Limbs:
     """The parts of a mesh that bend against each other, as a tree."""
 
-    part_of: np.ndarray  # n int, the part of each vertex, -1 for none
+    part_of: np.ndarray  # n int, of each vertex, -1 for none, and at joints: what is held there may go anywhere
     up: list  # of each part [itself, the part that it hangs on, the one that this hangs on, ...]
     joints: np.ndarray  # p x 3 float64, where it hangs on that at rest; no numbers where the two do not touch
 
@@ -65,8 +65,8 @@ class Limits:
         return shifts
 
 
-def limbs(rest, corners, starts, part_of, up):
-    """Limbs of n x 3 `rest`: joints are in the middle of the line on the surface at which two parts meet."""
+def limbs(rest, corners, starts, part_of, is_whole, up):
+    """Limbs of n x 3 `rest`: joints are in the middle of where two parts meet. is_whole: n bool, not at a joint."""
     ends, above = whole_mesh.edge_ends(corners, starts), np.array([(*way, -1)[1] for way in up])
     first, second = np.concatenate([corners, ends]), np.concatenate([ends, corners])
     part, other = part_of[first], part_of[second]
@@ -74,7 +74,7 @@ def limbs(rest, corners, starts, part_of, up):
     middles, part = 0.5 * (rest[first[meets]].astype(np.float64) + rest[second[meets]]), part[meets]
     with np.errstate(invalid='ignore'):
         columns = [np.bincount(part, each, len(above)) / np.bincount(part, None, len(above)) for each in middles.T]
-    return Limbs(part_of, up, np.stack(columns, axis=1))
+    return Limbs(np.where(is_whole, part_of, -1), up, np.stack(columns, axis=1))
 
 
 def limits(of, rest, holders):
