@@ -20,16 +20,14 @@ from .tool_choice import DragCircle
 #: What a notch of the wheel makes of Size.
 WHEEL_STEP = 1.15
 
-#: How often Size is looked at during a drag, and the status: not at every notch of the wheel, since the mesh is bound
-#: anew for it.
+#: How often Size and status are looked at in a drag: not at every notch of the wheel, for which the mesh is bound anew.
 TICK_SECONDS = 0.1
 
 GROW = {'WHEELUPMOUSE', 'RIGHT_BRACKET', 'NUMPAD_PLUS', 'PAGE_UP'}
 SHRINK = {'WHEELDOWNMOUSE', 'LEFT_BRACKET', 'NUMPAD_MINUS', 'PAGE_DOWN'}
 
 #: Limits of Size, a share of the mesh's size.
-LEAST_SIZE = 0.005
-MOST_SIZE = 3.0
+LEAST_SIZE, MOST_SIZE = 0.005, 3.0
 
 
 class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
@@ -139,8 +137,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             if tool_choice.is_small(context, obj):
                 self._fit(context, obj)
             tool_choice.forget_hover()
-            own_size = obj.meanvalue.handles[self.handle].size if self.handle else 0.0
-            self.size = self._size_taken = own_size or self.size
+            self.size = self._size_taken = (self.handle and obj.meanvalue.handles[self.handle].size) or self.size
         return obj
 
     def modal(self, context, event):
