@@ -124,9 +124,10 @@ JOINTS = _by_name({
 
 # What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
 POSE_ESTIMATORS = JOINTS | _by_name(
-    {"head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hips_Center", "spine.2": "SpineMid Trunk_Center",
-     "spine.3": "Thorax SpineShoulder", "neck.joint": "Neck Neck_Center"},
-    {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel"},
+    {"head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hip_Center Hips_Center", "spine.2": "SpineMid",
+     "spine.3": "Thorax SpineShoulder Spine_Chest Trunk_Center", "neck.joint": "Neck Neck_Center Shoulder_Center"},
+    {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel",
+     "head.front.2": "Mouth", "hand.joint": "Index", "hand.2": "Pinky", "hand.thumb": "Thumb"},
 )  # fmt: skip
 
 BUILT_IN = (MARKERS, JOINTS, POSE_ESTIMATORS)
@@ -170,7 +171,7 @@ def kinds(labels: list[str], listed: dict[str, str] | None = None) -> list[str |
 
 
 def _kind_by_name(label):
-    if re.fullmatch(r"\*\d+", label):  # reflections that nobody gave to a marker are *1, *2, ... (Vicon)
+    if re.fullmatch(r"\*\d+|(unlabell?ed|new) ?\d+", label, re.IGNORECASE):  # of Vicon, Motive, Qualisys: nobody's
         return UNLABELLED
     return "virtual points" if len(label) < 100 and _VIRTUAL_NAME.fullmatch(label) else None
 

@@ -16,12 +16,10 @@ from ...errors import MotionFileError
 from .value_columns import folded, made, number
 
 WANTED_CSV = "Give it a first line of names (time,jawOpen,browInnerUp) and a line of numbers for each frame"
-WANTED_JSON = (
-    'Give it [{"time": 0.0, "jawOpen": 0.2}, ...], or such an object a line, or {"fps": 60, "jawOpen": [0.2, ...]}'
-)
+WANTED_JSON = 'Give it [{"time": 0.0, "jawOpen": 0.2}, ...], one a line, or {"fps": 60, "jawOpen": [0.2, ...]}'
 
 #: Names, as folded() has them: of a name beside a score, of that score, and of frames a second.
-LABEL, SCORES = re.compile("name|shape|label|key"), {"score", "value", "weight", "values"}
+LABEL, SCORES = re.compile("name|shape|label|key|^k$"), {"score", "value", "weight", "values", "v"}
 RATE, LARGEST_RATE = re.compile("fps|persecond|^(frame|sampl[a-z]+|recording|capture)?rate$"), 1000.0
 
 
@@ -82,20 +80,22 @@ def parse_json(data, file, rate_hz=None):
     return made([records[row] for row in range(max(records, default=-1) + 1)], rate_hz, refuse)
 
 
-PARSERS = {".csv": parse_csv, ".tsv": parse_csv, ".json": parse_json, ".jsonl": parse_json, ".ndjson": parse_json}
+PARSERS = dict.fromkeys((".csv", ".tsv", ".txt"), parse_csv) | dict.fromkeys((".json", ".jsonl", ".ndjson"), parse_json)
 SUFFIXES = tuple(PARSERS)
 
 
 def _header(lines):
     """(names, the first row if it was read to find these, else None, what separates cells)."""
     line, told, comment = lines.next_filled(), None, ""
-    while line is not None and (before := re.match(r'"?sep=(.)|#', line, re.IGNORECASE)):
+    while line is not None and (before := re.match(r'"?sep=(.)|#|info,', line, re.IGNORECASE)):
         comment, told = line.lstrip("# ") if line.startswith("#") else comment, before[1] or told
         line = lines.next_filled()
     if line is None:
         lines.fail("the file is empty", WANTED_CSV, number=1)
-    delimiter = told or max(",;\t", key=line.count)
+    delimiter = told or max(",;\t ", key=lambda each: (line.count(each) > 0, each != " ", line.count(each)))
     head = [cell.strip() for cell in _cells(lines, lines.number, line, delimiter)]
+    if head[0] == "bs":  # of Face Cap, whose rows have a mark, the time, head and eyes before the shapes
+        return ["", "time ms", *[""] * 10, *head[1:]], None, delimiter
     if 2 * sum(number_in(name) is not None for name in head) <= len(head):
         return head, None, delimiter
     names = [cell.strip() for cell in _cells(lines, lines.number, comment, delimiter)]
