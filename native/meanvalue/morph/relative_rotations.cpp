@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/mesh/disjoint_sets.h"
 
 namespace meanvalue {
 namespace {
@@ -145,42 +145,64 @@ void RelativeRotations::connect(const Execution& execution) {
         starts[patch] = {largest(patch_vectors_.data() + patch * count_), patch};
     std::sort(starts.begin(), starts.end());
     std::vector<char> is_known(patch_count_, 0);
-    using Edge = std::tuple<double, Index, Index>;  // angle, to, from
+    using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
     for (const auto& [angle, start] : starts) {
-        if (is_known[start]) continue;
-        parts_.emplace_back();
-        queue.emplace(0.0, start, start);
+        if (!is_known[start]) queue.emplace(0.0, start, start, 0);
         while (!queue.empty()) {
-            execution.check();
-            const auto [cost, to, from] = queue.top();
+            execution.check_every(tree_.size());
+            const auto [cost, to, from, way] = queue.top();
             queue.pop();
             if (is_known[to]) continue;
             is_known[to] = 1;
-            parts_.back().push_back(to);
+            tree_.push_back({to, from, way});
             for (std::size_t k = 0; k < count_; ++k)
                 patch_vectors_[to * count_ + k] =
                     rotation_vector(means_[to * count_ + k], patch_vectors_[from * count_ + k]);
             for (const auto& [further, pair] : next_to[to]) {
                 const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
-                if (!is_known[next]) queue.emplace(further, next, to);
+                if (!is_known[next]) queue.emplace(further, next, to, pair);
             }
         }
     }
 }
 
+/// Where the Gauss-Newton steps start: rotations with exactly the given ones between neighbors of the tree, each part
+/// of the mesh turned as a whole to fit `in_space` best. The best is near, however far limbs are bent.
+std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
+                                                  const std::vector<Quaternion>& in_space) const {
+    std::vector<Quaternion> found = in_space;
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Matrix3 sum = Matrix3::Zero();
+        do {
+            const auto& [patch, from, pair] = tree_[end];
+            if (patch != from)
+                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
+            sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
+            ++end;
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        const Quaternion whole = Quaternion(closest_rotation(sum));
+        for (; begin < end; ++begin)
+            found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
+    }
+    return found;
+}
+
 void RelativeRotations::factorise(const Execution& execution) {
+    DisjointSets sets(patch_count_);
     std::vector<double> diagonal(patch_count_, 0.0);
     std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
     for (const Pair& pair : pairs_) {
+        sets.join(pair.a, pair.b);
         diagonal[pair.a] += pair.weight;
         diagonal[pair.b] += pair.weight;
         entries.emplace_back(pair.b, pair.a, -pair.weight);
     }
-    for (const std::vector<Index>& part : parts_)
-        diagonal[part.front()] *= 2.0;  // it is held
-    for (Index patch = 0; patch < patch_count_; ++patch)
-        entries.emplace_back(patch, patch, diagonal[patch] > 0.0 ? diagonal[patch] : 1.0);
+    for (Index patch = 0; patch < patch_count_; ++patch) {
+        const double pinned = sets.root(patch) == patch ? 2.0 : 1.0;
+        entries.emplace_back(patch, patch, diagonal[patch] > 0.0 ? pinned * diagonal[patch] : 1.0);
+    }
     if (patch_count_ == 0) return;
     SparseMatrix lower(patch_count_, patch_count_);
     lower.setFromTriplets(entries.begin(), entries.end());
@@ -189,7 +211,7 @@ void RelativeRotations::factorise(const Execution& execution) {
         throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
 }
 
-/// One Gauss-Newton step.
+/// One Gauss-Newton step. @return the largest angle by which it turns a patch.
 void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                              const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
@@ -203,10 +225,15 @@ void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector
     SupernodalFactor::Workspace workspace;
     factor_.solve(sums, sums, 1, execution, workspace);
     // Only differences count: each part of the mesh stays as it is, as a whole.
-    for (const std::vector<Index>& part : parts_) {
-        const Vector3 mean = mean_row(Positions(sums(part, Eigen::all)));
-        for (const Index patch : part)
-            sums.row(patch) -= mean.transpose();
+    for (std::size_t begin = 0; begin < tree_.size();) {
+        std::size_t end = begin;
+        Vector3 mean = Vector3::Zero();
+        do {
+            mean += Vector3(sums.row(tree_[end++].patch));
+        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
+        mean /= static_cast<double>(end - begin);
+        for (; begin < end; ++begin)
+            sums.row(tree_[begin].patch) -= mean.transpose();
     }
     for (Index patch = 0; patch < patch_count_; ++patch)
         rotations[patch] = (quaternion_by(sums.row(patch)) * rotations[patch]).normalized();
@@ -216,11 +243,11 @@ void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector
 std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vector<double>& shares,
                                                                 const std::vector<Quaternion>& frames,
                                                                 const Execution& execution) const {
-    if (patch_count_ == 0) return {};                 // no vertex has a ring
-    std::vector<Quaternion> rotations(patch_count_);  // at first those in space
+    if (patch_count_ == 0) return {};  // no vertex has a ring
+    std::vector<Quaternion> in_space(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch) {
         const std::size_t first = patch * count_;
-        rotations[patch] = average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, count_);
+        in_space[patch] = average_rotation(patch_vectors_.data() + first, frames, shares.data() + first, count_);
     }
     std::vector<Quaternion> between(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
@@ -231,9 +258,10 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
         }
         between[pair] = quaternion_by(sum);
     }
+    std::vector<Quaternion> found = follow(between, in_space);
     for (int round = 0; round < kSteps; ++round)
-        step(between, rotations, execution);
-    return rotations;
+        step(between, found, execution);
+    return found;
 }
 
 /// The further rotation of a vertex whose weights differ from those of its patches.

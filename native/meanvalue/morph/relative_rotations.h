@@ -42,6 +42,11 @@ class RelativeRotations {
         Index b;
         double weight;  // mesh edges between them
     };
+    struct Step {
+        Index patch;
+        Index from;        // itself, where a part of the mesh begins
+        std::size_t pair;  // of both
+    };
 
     void find_pairs(const Execution& execution);
     void average_patches(const std::vector<Quaternion>& rotations, const Execution& execution);
@@ -52,6 +57,8 @@ class RelativeRotations {
     std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
                                                  const std::vector<Quaternion>& frames,
                                                  const Execution& execution) const;
+    std::vector<Quaternion> follow(const std::vector<Quaternion>& between,
+                                   const std::vector<Quaternion>& in_space) const;
     void step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
               const Execution& execution) const;
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
@@ -61,12 +68,12 @@ class RelativeRotations {
     std::size_t count_;  // of shapes
     CellPatches patches_;
     Index patch_count_;
-    std::vector<Quaternion> means_;          // patches x k: the mean rotations of patches, in space
-    std::vector<Vector3> patch_vectors_;     // the same as rotation vectors, each on the branch of its neighbors
-    std::vector<Vector3> own_vectors_;       // n x k: of cells against the mean of their patches, in its frame
-    std::vector<Pair> pairs_;                // a < b, ascending
-    std::vector<Vector3> relative_;          // pairs x k: of b against a, in the frame of a
-    std::vector<std::vector<Index>> parts_;  // of the mesh: their patches
+    std::vector<Quaternion> means_;       // patches x k: the mean rotations of patches, in space
+    std::vector<Vector3> patch_vectors_;  // the same as rotation vectors, each on the branch of its neighbors
+    std::vector<Vector3> own_vectors_;    // n x k: of cells against the mean of their patches, in its frame
+    std::vector<Pair> pairs_;             // a < b, ascending
+    std::vector<Vector3> relative_;       // pairs x k: of b against a, in the frame of a
+    std::vector<Step> tree_;              // every patch once, after the one that it is reached from
     SupernodalFactor factor_;
 };
 
