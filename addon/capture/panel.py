@@ -26,7 +26,12 @@ class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):
         if _has_take(obj):
             matched = f" ({len(marker_pairs.matched(obj))} of {len(obj.meanvalue.capture.pairs)})"
             draw_main_button(layout, MEANVALUE_OT_match_markers, 'SNAP_ON', matched if _is_matched(obj) else "")
-            _draw_pairs(layout, obj.meanvalue.capture)
+            capture, name = obj.meanvalue.capture, MEANVALUE_UL_marker_pairs.__name__
+            if capture.pairs:
+                layout.template_list(name, "", capture, "pairs", capture, "active_pair", rows=4, maxrows=4)
+                buttons = layout.row(align=True)
+                buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
+                buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='REMOVE').remove = True
 
 
 class MEANVALUE_PT_matching(SidebarPanel, bpy.types.Panel):
@@ -86,7 +91,13 @@ def _draw_take(layout, context, obj):
         draw_wrapped(layout, context, text)
     _draw_problems(layout, context)
     if _has_take(obj):
-        _draw_reference(layout, obj, obj.meanvalue.capture)
+        column = column_of_settings(layout)
+        column.prop(obj.meanvalue.capture, "reference_take", text="Reference")
+        row = column.row(align=True)
+        row.prop(obj.meanvalue.capture, "reference_frame", text="Frame")
+        present = row.operator("wm.context_set_value", text="", icon='TIME')
+        present.data_path = f"blend_data.objects[{obj.name!r}].meanvalue.capture.reference_frame"
+        present.value = "context.scene.frame_current_final"
     elif not any(takes.is_take(collection) for collection in bpy.data.collections):
         draw_wrapped(layout, context, "Import a C3D, TRC or BVH file to begin with", icon='INFO')
 
@@ -110,26 +121,6 @@ def _draw_problems(layout, context):
         draw_wrapped(layout, context, wording.sentence(problem.text))
         if problem.other is not None:
             layout.operator(MEANVALUE_OT_swap_markers.bl_idname, icon='ARROW_LEFTRIGHT')
-
-
-def _draw_reference(layout, obj, capture):
-    column = column_of_settings(layout)
-    column.prop(capture, "reference_take", text="Reference")
-    row = column.row(align=True)
-    row.prop(capture, "reference_frame", text="Frame")
-    present = row.operator("wm.context_set_value", text="", icon='TIME')
-    present.data_path = f"blend_data.objects[{obj.name!r}].meanvalue.capture.reference_frame"
-    present.value = "context.scene.frame_current_final"
-
-
-def _draw_pairs(layout, capture):
-    if not capture.pairs:
-        return
-    name = MEANVALUE_UL_marker_pairs.__name__
-    layout.template_list(name, "", capture, "pairs", capture, "active_pair", rows=4, maxrows=4)
-    buttons = layout.row(align=True)
-    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, icon='EYEDROPPER')
-    buttons.operator(MEANVALUE_OT_pick_marker_point.bl_idname, text="", icon='REMOVE').remove = True
 
 
 class MEANVALUE_UL_marker_pairs(bpy.types.UIList):

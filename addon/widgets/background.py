@@ -2,8 +2,6 @@
 """Base of the operators whose work may take long: progress, Esc, and an interface that goes on drawing."""
 
 import time
-from collections.abc import Iterator
-from typing import Protocol
 
 import bpy
 
@@ -29,21 +27,12 @@ VIEW_EVENTS = {
 }  # fmt: skip
 
 
-class Prepared(Protocol):
-    """What was read of the scene, and is to be done with it."""
-
-    def work(self, execution) -> Iterator:
-        """The steps of a Job, which must not touch Blender."""
-
-    def require_unchanged(self, obj):
-        """@throws MeanValueError if the scene is another by then."""
-
-
 class BackgroundOperator(ModalOperator, MeshOperator):
     """Mix-in: subclasses define prepare(obj) and finish(obj, prepared, outcome) in place of run(obj).
 
-    prepare() reads the scene and returns Prepared work, or None where nothing is to be solved. finish() writes the
-    outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. before() and
+    prepare() reads the scene and returns what has work(execution), the steps of a Job, which must not touch Blender, and
+    require_unchanged(obj), which raises where the scene is another by then; or None where nothing is to be solved.
+    finish() writes the outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. before() and
     after() are for what has to be done on the main thread before and after the job, in slices. Without a window, or
     called to execute, all is done before the operator returns.
     """

@@ -72,8 +72,17 @@ def take_back(obj):
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
     if modifier is not None and modifier.type == "MESH_CACHE":
         obj.modifiers.remove(modifier)
-    if record.target == TO_KEYS:
-        _remove_keys(obj, names_in(record.keys))
+    keys = obj.data.shape_keys
+    if record.target == TO_KEYS and keys is not None:
+        names = names_in(record.keys)
+        paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
+        keys.use_relative = True  # bakes of version 0.1 could be absolute
+        curves = compat.curves_to_read(keys)
+        for curve in [curve for curve in curves if curve.data_path in paths]:
+            curves.remove(curve)
+        if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
+            actions.remove_action(keys)
+        shape_keys.remove(obj, names)
         shape_keys.remove_lone_basis(obj)
     muted = json.loads(record.muted or "[]")
     values = muted if isinstance(muted, dict) else {}  # in older files, where values stayed
@@ -117,17 +126,3 @@ def _hide_result(obj):
     record.muted = json.dumps({name: each.value for name, each in named.items()})
     for each in named.values():
         pose_key.show(each, None)
-
-
-def _remove_keys(obj, names):
-    keys = obj.data.shape_keys
-    if keys is None:
-        return
-    paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
-    keys.use_relative = True  # bakes of version 0.1 could be absolute
-    curves = compat.curves_to_read(keys)
-    for curve in [curve for curve in curves if curve.data_path in paths]:
-        curves.remove(curve)
-    if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
-        actions.remove_action(keys)
-    shape_keys.remove(obj, names)

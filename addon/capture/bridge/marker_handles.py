@@ -118,7 +118,9 @@ def _animate(control, matched, places, rest, turns=None):
     actions.write_vector(control, "location", frames[present], places[present])
     control.location = places[int(present.argmax())] if present.any() else rest
     if turns is not None and present.any():
-        quaternions = _quaternions(turns[present])
+        quaternions = np.array([Matrix(turn.tolist()).to_quaternion()[:] for turn in turns[present]])
+        signs = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+        quaternions[1:] *= np.cumprod(signs)[:, None]  # between keys the short way is taken
         control.rotation_mode = 'QUATERNION'
         actions.write_vector(control, "rotation_quaternion", frames[present], quaternions)
         control.rotation_quaternion = quaternions[0]
@@ -126,11 +128,3 @@ def _animate(control, matched, places, rest, turns=None):
     actions.write_curve(control, "meanvalue.influence", 0, keyed, values)
     if len(keyed) == 0:
         control.meanvalue.influence = 1.0
-
-
-def _quaternions(turns):
-    """(f, 4) of turns (f, 3, 3), each on the side of the one before: between keys the short way is taken."""
-    result = np.array([Matrix(turn.tolist()).to_quaternion()[:] for turn in turns]).reshape(-1, 4)
-    signs = np.where((result[1:] * result[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
-    result[1:] *= np.cumprod(signs)[:, None]
-    return result

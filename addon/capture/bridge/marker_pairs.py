@@ -13,7 +13,8 @@ from . import takes
 
 def list_markers(capture):
     """Gives every marker of the chosen take an entry. Those of others go, unless they have a control."""
-    wanted = takes.labels(capture.take) if takes.is_take(capture.take) else []
+    wanted = takes.markers(capture.take) if takes.is_take(capture.take) else []
+    wanted = [empty.meanvalue.marker for empty in wanted]
     for index in reversed(range(len(capture.pairs))):
         pair = capture.pairs[index]
         if pair.name not in wanted and pair.control is None:

@@ -86,10 +86,6 @@ def markers(collection):
     return list(found.values())
 
 
-def labels(collection):
-    return [empty.meanvalue.marker for empty in markers(collection)]
-
-
 def is_take(collection):
     return collection is not None and collection.meanvalue.is_take
 

@@ -28,8 +28,7 @@ class Joint:
     parent: int
     offset: tuple[float, float, float] | None = None
     channels: list[tuple[bool, int]] = field(default_factory=list)
-    #: Column of its first channel in a row of the motion.
-    first_channel: int = 0
+    first_channel: int = 0  # column of its first channel in a row of the motion
     is_end: bool = False
     line: int = 0
 

@@ -31,8 +31,7 @@ class Finding:
     marker: int
     sample: int
     words: str
-    #: The marker it was swapped with, or None.
-    other: int | None = None
+    other: int | None = None  # the marker it was swapped with, or None
 
 
 @dataclass

@@ -18,12 +18,9 @@ from .proportions import with_hips
 class Match:
     """Of each of m markers."""
 
-    #: (m,) the anchor vertex, another one for each marker.
-    vertex: np.ndarray
-    #: (m, 3) from the anchor vertex to the marker, at rest.
-    offset: np.ndarray
-    #: (m,) from the marker to the surface, or to a vertex that was given.
-    distance: np.ndarray
+    vertex: np.ndarray  # (m,) the anchor vertex, another one for each marker
+    offset: np.ndarray  # (m, 3) from the anchor vertex to the marker, at rest
+    distance: np.ndarray  # (m,) from the marker to the surface, or to a vertex that was given
 
 
 def match_to_surface(markers, surface, fixed=None):
@@ -83,14 +80,10 @@ CHUNK = 512
 class MarkerGraph:
     """c cells of at most k of m markers, and e edges."""
 
-    #: (c, k) marker numbers. A smaller cell is filled up with its first one, at weight 0.
-    members: np.ndarray
-    #: (c, k) 1 or 0.
-    weights: np.ndarray
-    #: (m, c) how much each marker turns with each cell; rows sum to 1.
-    shares: np.ndarray
-    #: (e, 2) marker numbers, and (e,) the cell that an edge turns with.
-    edges: np.ndarray
+    members: np.ndarray  # (c, k) marker numbers. A smaller cell is filled up with its first one, at weight 0
+    weights: np.ndarray  # (c, k) 1 or 0
+    shares: np.ndarray  # (m, c) how much each marker turns with each cell; rows sum to 1
+    edges: np.ndarray  # (e, 2) marker numbers, and (e,) the cell that an edge turns with
     cell_of_edge: np.ndarray
 
     def rotations(self, reference, markers):

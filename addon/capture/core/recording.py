@@ -26,22 +26,16 @@ RATES = (1e-3, 1e6)
 class Take:
     """What a motion capture file says of its markers, in metres, right-handed, Z up, whatever the file counts in."""
 
-    #: Of the file, without folder and suffix.
-    name: str
-    #: Frames a second, > 0.
-    rate_hz: float
-    #: Unique and never empty, one for each physical marker (of BVH: joints and end sites).
-    labels: tuple[str, ...]
+    name: str  # of the file, without folder and suffix
+    rate_hz: float  # frames a second, > 0
+    labels: tuple[str, ...]  # unique and never empty, one for each physical marker (of BVH: joints and end sites)
     #: (f, m, 3) float64, read-only; NaN in all three where a sample is missing, never zero for that.
     positions: np.ndarray
     #: What is no marker: kind ("angles", "forces", "virtual points", ...) -> names.
     left_out: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    #: What was assumed or mended (unit, up axis, names, ...), in words for the artist.
-    notes: tuple[str, ...] = ()
-    #: Of BVH: the labels are joints of a skeleton.
-    is_skeleton: bool = False
-    #: Of the first sample, in the recording that the file is a part of.
-    start_s: float = 0.0
+    notes: tuple[str, ...] = ()  # what was assumed or mended (unit, up axis, names, ...), in words for the artist
+    is_skeleton: bool = False  # of BVH: the labels are joints of a skeleton
+    start_s: float = 0.0  # of the first sample, in the recording that the file is a part of
 
     @property
     def frames(self) -> int:
@@ -62,38 +56,33 @@ class Take:
 class Recording:
     """What the reader of one format found. Positions are in the file's unit and axes."""
 
-    #: With suffix, for messages; the Take's is without.
-    file: str
-    #: As in the file: empty and equal ones are allowed here.
-    labels: list[str]
-    #: (f, m, 3) float64; NaN in any of the three means missing. It may be written to.
-    positions: np.ndarray
-    #: Frames a second; None where the file does not say: then they are `usual_rate`.
-    rate_hz: float | None = None
+    file: str  # with suffix, for messages; the Take's is without
+    labels: list[str]  # as in the file: empty and equal ones are allowed here
+    positions: np.ndarray  # (f, m, 3) float64; NaN in any of the three means missing. It may be written to
+    rate_hz: float | None = None  # frames a second; None where the file does not say: then they are `usual_rate`
     usual_rate: float = 100.0
     #: For each label None or, of what is no marker, what it is (marker_sets.py); empty: all are markers.
     kinds: list[str | None] = field(default_factory=list)
-    #: What the file calls its unit, "" where it does not say.
-    unit: str = ""
-    #: One of units.UP_AXES, None where the file does not say.
-    up_axis: str | None = None
+    unit: str = ""  # what the file calls its unit, "" where it does not say
+    up_axis: str | None = None  # one of units.UP_AXES, None where the file does not say
     #: The axis that is up by custom of this format, and words for that.
     usual_up: tuple[str, str] = ("Z", "as most laboratories have it")
     notes: list[str] = field(default_factory=list)
-    #: The points are joints: they are never missing.
-    is_skeleton: bool = False
-    #: How large the subject is at least, in units of the file.
-    extent: float = 0.0
-    #: What another part of the file multiplies the positions with.
-    other_scale: float = 1.0
-    #: As in a Take, or no usable time.
-    start_s: float = 0.0
+    is_skeleton: bool = False  # the points are joints: they are never missing
+    extent: float = 0.0  # how large the subject is at least, in units of the file
+    other_scale: float = 1.0  # what another part of the file multiplies the positions with
+    start_s: float = 0.0  # as in a Take, or no usable time
 
     def take(self, up_axis: str | None, unit: float | None) -> Take:
         """In metres, Z up; `up_axis` and `unit` overrule the file. Raises MotionFileError where nothing is left."""
         left_out, rate = {}, self.rate_hz or self.usual_rate
         with np.errstate(all="ignore"):  # damaged numbers overflow: they are looked at afterwards
-            self._clean(self.positions)
+            missing = ~np.isfinite(self.positions).all(axis=2)
+            if not self.is_skeleton:
+                # Exact zeros in all three coordinates are how many writers say that a sample is missing. That a marker
+                # is measured there is as good as impossible, and costs one sample.
+                missing |= ~self.positions.any(axis=2)
+            self.positions[missing] = np.nan
             labels, positions = self._markers(left_out)
             up, largest = units.by_names(labels, positions)
             positions *= self._metres(positions, largest, unit)
@@ -135,15 +124,6 @@ class Recording:
             raise MotionFileError(f"{self.file}: no marker has a sample ({counts}). Export it with marker trajectories")
         chosen = [number for number, kind in enumerate(kinds) if kind is None]
         return [self.labels[number] for number in chosen], self.positions[:, chosen]
-
-    def _clean(self, positions):
-        """NaN in all three where a sample is missing."""
-        missing = ~np.isfinite(positions).all(axis=2)
-        if not self.is_skeleton:
-            # Exact zeros in all three coordinates are how many writers say that a sample is missing. That a marker is
-            # measured there is as good as impossible, and costs one sample.
-            missing |= ~positions.any(axis=2)
-        positions[missing] = np.nan
 
     def _metres(self, positions, largest, chosen):
         """Meters for one unit of the positions, as chosen or as the file says, unless that makes no subject of a size

@@ -33,7 +33,14 @@ def retarget(markers, reference, character, landmarks):
     count = markers.shape[1]
     if count < 3:
         raise InvalidMotionError(f"A body needs at least 3 markers to be retargeted, but there are {count}.")
-    _require_same_heading(reference, character)
+    flat = [points[:, :2] - points[:, :2].mean(axis=0) for points in (reference, character)]
+    cosine, sine = (flat[0] * flat[1]).sum(), (flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
+    angle = np.degrees(np.arctan2(sine, cosine))
+    if abs(angle) > MOST_TURNED and np.hypot(cosine, sine) > 0.0:
+        raise InvalidMotionError(
+            f"The character's markers are turned by {angle:.0f} degrees from those of the reference frame: "
+            "align the capture with the character first, or check that left and right are not exchanged."
+        )
     reference, completed, landmarks = with_hips(reference, markers, landmarks)
     if len(reference) > count:
         hips, own = (hips_of(points, landmarks[:count]) for points in (character, reference[:count]))
@@ -53,17 +60,6 @@ def retarget(markers, reference, character, landmarks):
     result = (shape + (path - shape[:, root].mean(axis=1))[:, None])[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
-
-
-def _require_same_heading(reference, character):
-    flat = [points[:, :2] - points[:, :2].mean(axis=0) for points in (reference, character)]
-    cosine, sine = (flat[0] * flat[1]).sum(), (flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
-    angle = np.degrees(np.arctan2(sine, cosine))
-    if abs(angle) > MOST_TURNED and np.hypot(cosine, sine) > 0.0:
-        raise InvalidMotionError(
-            f"The character's markers are turned by {angle:.0f} degrees from those of the reference frame: "
-            "align the capture with the character first, or check that left and right are not exchanged."
-        )
 
 
 def complete(markers, reference, graph, turns):

@@ -35,11 +35,14 @@ def find(rest, triangles, report=None, places=None, partners=None, copies=None):
     is_lone = np.ones(len(rest), bool)
     is_lone[triangles] = False
     gaps, distance = welding.gaping(rest, triangles.ravel(), np.arange(0, triangles.size, 3), copies)
+    first, second, third = (rest[triangles[:, number]] for number in range(3))
+    edges = np.stack([second - first, third - second, first - third])
+    areas = np.linalg.norm(np.cross(edges[0], edges[1]), axis=1)
     found = {
         'WIRE': np.flatnonzero(is_lone),
         'DOUBLE': _doubles(rest, triangles, copies),
         'GAP': gaps,
-        'NO_AREA': _without_area(rest, triangles),
+        'NO_AREA': np.unique(triangles[areas <= NO_HEIGHT * (edges**2).sum(axis=2).max(axis=0)]),
         **_of_edges(triangles),
         **({} if report is None else _of_parts(report, places)),
         'UNPAIRED': np.flatnonzero(partners < 0) if partners is not None else (),
@@ -54,13 +57,6 @@ def _doubles(rest, triangles, copies):
     found = np.unique(first.astype(np.int64) * len(rest) + copies[used])  # numpy 1 has 32 bits on Windows
     counts = np.bincount(found // max(1, len(rest)), minlength=len(rest))
     return used[counts[first] > 1]
-
-
-def _without_area(rest, triangles):
-    first, second, third = (rest[triangles[:, number]] for number in range(3))
-    edges = np.stack([second - first, third - second, first - third])
-    areas = np.linalg.norm(np.cross(edges[0], edges[1]), axis=1)
-    return np.unique(triangles[areas <= NO_HEIGHT * (edges**2).sum(axis=2).max(axis=0)])
 
 
 def _of_edges(triangles):

@@ -80,7 +80,14 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
         if not self.bone or abs(self.angle) < LEAST_ANGLE:
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
-        _drive(key, rig, self.bone, self.axis, self.angle)
+        driver = key.driver_add("value").driver
+        variable = driver.variables.new()
+        variable.name, variable.type = "turn", 'TRANSFORMS'
+        target = variable.targets[0]
+        target.id, target.bone_target = rig, self.bone
+        target.transform_type, target.transform_space = f"ROT_{self.axis}", 'LOCAL_SPACE'
+        target.rotation_mode = f"SWING_TWIST_{self.axis}"
+        driver.type, driver.expression = 'SCRIPTED', f"clamp(turn / {self.angle:.9g})"
         at = f"{self.angle * 57.29578:.0f} degrees around {self.axis}"
         return f"Bone '{self.bone}' drives '{key.name}': fully on at {at}", []
 
@@ -104,14 +111,3 @@ def _angles(rig, bone):
     """How far a pose bone is turned around each of its own axes, as the driver's variable has it."""
     local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
     return [local.to_quaternion().to_swing_twist(axis)[1] for axis in AXES]
-
-
-def _drive(key, rig, bone, axis, angle):
-    driver = key.driver_add("value").driver
-    variable = driver.variables.new()
-    variable.name, variable.type = "turn", 'TRANSFORMS'
-    target = variable.targets[0]
-    target.id, target.bone_target = rig, bone
-    target.transform_type, target.transform_space = f"ROT_{axis}", 'LOCAL_SPACE'
-    target.rotation_mode = f"SWING_TWIST_{axis}"
-    driver.type, driver.expression = 'SCRIPTED', f"clamp(turn / {angle:.9g})"

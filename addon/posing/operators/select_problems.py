@@ -68,7 +68,7 @@ class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):
     bl_options = {'REGISTER'}
 
     def execute(self, context):
-        lines = [f"{label}: {value}" for label, value in (*_versions(), *_facts(subject.of(context)))]
+        lines = [f"{label}: {value}" for label, value in _facts(subject.of(context))]
         text = "\n".join(lines) + "\n"
         context.window_manager.clipboard = text
         if bpy.app.background:  # which has no clipboard
@@ -77,7 +77,7 @@ class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):
         return {'FINISHED'}
 
 
-def _versions():
+def _facts(obj):
     package = __package__.removesuffix(".posing.operators")
     yield "Mean-Value Deform", "extension" if package.startswith("bl_ext.") else "legacy add-on"
     if native_loader.problem() is None:
@@ -87,9 +87,6 @@ def _versions():
         yield "Solver", "cannot be loaded"
     yield "Blender", f"{bpy.app.version_string}, Python {platform.python_version()}, numpy {np.__version__}"
     yield "System", f"{platform.platform()}, {platform.processor() or platform.machine()}"
-
-
-def _facts(obj):
     problem = subject.object_problem(obj)
     yield "Active object", f"{obj.type if obj else 'none'}{' that cannot be posed' if problem else ''}"
     if problem:

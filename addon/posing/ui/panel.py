@@ -105,7 +105,11 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
                 column.operator("meanvalue.drive_by_bone", icon='DRIVER')
         if len(obj.meanvalue.handles) == 1:  # below all else, so that nothing moves under the mouse when it goes
             draw_wrapped(layout, context, NEXT_HINT, icon='INFO')
-        _draw_status(layout, context, obj)
+        found = _status(obj)  # one thing at a time, only what is wrong, slow or to be decided, with what does it
+        if found is not None:
+            draw_wrapped(layout, context, wording.sentence(found[0]), icon='ERROR' if found[1] else 'INFO')
+            if found[2]:
+                layout.operator("meanvalue.bind", icon='FILE_REFRESH')
 
 
 class PosingPart(PanelPart):
@@ -236,17 +240,6 @@ def _draw_handles(layout, obj):
     row = layout.row(align=True)
     row.operator("meanvalue.reset_handles", icon='LOOP_BACK', text="Reset")
     row.operator("meanvalue.keyframe_handles", icon='KEY_HLT', text="Keyframe")
-
-
-def _draw_status(layout, context, obj):
-    """One thing at a time, only what is wrong, slow or to be decided, with the button that does it."""
-    found = _status(obj)
-    if found is None:
-        return
-    text, is_problem, wants_update = found
-    draw_wrapped(layout, context, wording.sentence(text), icon='ERROR' if is_problem else 'INFO')
-    if wants_update:
-        layout.operator("meanvalue.bind", icon='FILE_REFRESH')
 
 
 def _status(obj):

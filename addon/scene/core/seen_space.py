@@ -86,7 +86,12 @@ class SeenSpace:
             if np.abs(missing).max(initial=0.0) <= near:
                 break
             if former is not None:
-                _mend(inverse, step, former - missing)
+                change = former - missing  # Broyden's update: each inverse takes what it is seen as to its step
+                along = np.einsum("ki,kij->kj", step, inverse)
+                share = np.einsum("kj,kj->k", along, change)
+                sure = np.abs(share) > 0.1 * np.einsum("ki,ki->k", step, step)
+                off = (step - _applied(inverse, change))[sure, :, None]
+                inverse[sure] += (off * along[sure, None, :]) / share[sure, None, None]
             step = _applied(inverse, missing)
             result, former = result + step, missing
         return result
@@ -94,12 +99,3 @@ class SeenSpace:
 
 def _applied(matrices, vectors):
     return np.einsum("kij,kj->ki", matrices, vectors)
-
-
-def _mend(inverse, step, change):
-    """Broyden's update of k inverse Jacobians in place, so that each takes `change` (seen) to `step` (key)."""
-    seen = _applied(inverse, change)
-    along = np.einsum("ki,kij->kj", step, inverse)
-    share = np.einsum("kj,kj->k", along, change)
-    sure = np.abs(share) > 0.1 * np.einsum("ki,ki->k", step, step)
-    inverse[sure] += ((step - seen)[sure, :, None] * along[sure, None, :]) / share[sure, None, None]

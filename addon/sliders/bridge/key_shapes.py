@@ -9,6 +9,9 @@ from ...scene import actions, key_reading, shape_keys
 from ...scene.core.key_shapes import KeyShapes
 from ...solver import native_loader, session
 
+#: Values that are beyond the range of their slider by less are not told of.
+MARGIN = 1e-4
+
 
 def sorted_out(obj):
     """([Slider] that may be driven, [(name, why in words)] of the keys that are left alone), in the order of the keys.
@@ -119,20 +122,16 @@ def write(obj, curves, replace):
     require_room(obj, writable, replace)
     for name, (frames, values) in writable.items():
         actions.write_curve(keys, keys.key_blocks[name].path_from_id("value"), 0, frames, values)
-    return list(_notes(keys, writable, left_out))
-
-
-def _notes(keys, curves, left_out):
-    if left_out:
-        yield f"Drivers set {wording.quoted(left_out)}: left alone"
-    muted = [name for name in curves if keys.key_blocks[name].mute]
+    notes = [f"Drivers set {wording.quoted(left_out)}: left alone"] if left_out else []
+    muted = [name for name in writable if keys.key_blocks[name].mute]
     if muted:
-        yield f"{wording.quoted(muted)} {'is' if len(muted) == 1 else 'are'} muted, so the values do not show"
-    beyond = [name for name, (_frames, values) in curves.items() if _is_beyond(keys.key_blocks[name], values)]
+        notes.append(f"{wording.quoted(muted)} {'is' if len(muted) == 1 else 'are'} muted, so the values do not show")
+    beyond = []
+    for name, (_frames, values) in writable.items():
+        key = keys.key_blocks[name]
+        if np.min(values) < key.slider_min - MARGIN or np.max(values) > key.slider_max + MARGIN:
+            beyond.append(name)
     if beyond:
-        yield f"Values of {wording.quoted(beyond)} are beyond the range, which holds them. Widen Range Min and Max"
-
-
-def _is_beyond(key, values):
-    margin = 1e-4
-    return np.min(values) < key.slider_min - margin or np.max(values) > key.slider_max + margin
+        held = f"Values of {wording.quoted(beyond)} are beyond the range, which holds them"
+        notes.append(f"{held}. Widen Range Min and Max")
+    return notes

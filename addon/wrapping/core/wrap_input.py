@@ -54,8 +54,17 @@ class WrapInput:
             if point_sets.bounding_box_diagonal(points[np.unique(triangles)]) == 0.0:
                 raise SceneError(f"All vertices of the {name} are in one place. Choose another mesh")
         count = len(self.picked)
-        if count == 0:
-            self._check_overlap()
+        if count == 0:  # both must lie over each other
+            boxes = [
+                (points[used].min(axis=0), points[used].max(axis=0))
+                for points, used in ((self.vertices, self.used), (self.target, np.unique(self.target_triangles)))
+            ]
+            sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
+            apart = float(np.linalg.norm(np.subtract(sum(boxes[0]), sum(boxes[1])))) / 2.0
+            if max(sizes) > ALIKE * min(sizes) or apart > BESIDE * max(sizes):
+                raise SceneError(
+                    "The meshes do not lie over each other. Pick pairs of points, or lay one over the other"
+                )
             return
         if not np.isfinite(self.points).all():
             raise SceneError("The point of a pair is not a number. Remove that pair and pick it again")
@@ -68,17 +77,6 @@ class WrapInput:
             if not point_sets.span_a_plane(places):
                 pairs = f"The {wording.counted(count, 'pair')} on the {where} leave open how it is turned"
                 raise SceneError(f"{pairs}. Pick at least {LEAST_PAIRS} that are not in one line")
-
-    def _check_overlap(self):
-        """Without pairs, both must lie over each other."""
-        boxes = [
-            (points[used].min(axis=0), points[used].max(axis=0))
-            for points, used in ((self.vertices, self.used), (self.target, np.unique(self.target_triangles)))
-        ]
-        sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
-        apart = float(np.linalg.norm(np.subtract(sum(boxes[0]), sum(boxes[1])))) / 2.0
-        if max(sizes) > ALIKE * min(sizes) or apart > BESIDE * max(sizes):
-            raise SceneError("The meshes do not lie over each other. Pick pairs of points, or lay one over the other")
 
     def start(self):
         """(n, 3): the mesh turned, scaled and moved so that its pairs are near their points.
