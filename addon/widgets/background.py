@@ -30,11 +30,11 @@ VIEW_EVENTS = {
 class BackgroundOperator(ModalOperator, MeshOperator):
     """Mix-in: subclasses define prepare(obj) and finish(obj, prepared, outcome) in place of run(obj).
 
-    prepare() reads the scene and returns what has work(execution), the steps of a Job, which must not touch Blender, and
-    require_unchanged(obj), which raises where the scene is another by then; or None where nothing is to be solved.
-    finish() writes the outcome and returns (message, [notes]). All raise MeanValueError before they have changed anything. before() and
-    after() are for what has to be done on the main thread before and after the job, in slices. Without a window, or
-    called to execute, all is done before the operator returns.
+    prepare() reads the scene and returns what has work(execution), the steps of a Job, which must not touch Blender,
+    and require_unchanged(obj), which raises where the scene is another by then; or None where nothing is to be solved.
+    finish() writes the outcome and returns (message, [notes]). All raise MeanValueError before they have changed
+    anything. before() and after() are for what has to be done on the main thread before and after the job, in slices.
+    Without a window, or called to execute, all is done before the operator returns.
     """
 
     #: Said in the status bar, with the stage behind it.
