@@ -43,7 +43,18 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         except MeanValueError as error:
             return self.refuse(error)
         if doubts and not self.confirm and not bpy.app.background:
-            self._ask(context, doubts)
+            given = {name: getattr(self, name) for name in properties.OPTIONS if self.properties.is_property_set(name)}
+
+            def draw(menu, _context):
+                for doubt in doubts:
+                    menu.layout.label(text=wording.sentence(doubt))
+                menu.layout.operator_context = 'INVOKE_DEFAULT'
+                again = menu.layout.operator(self.bl_idname, text="Bake All the Same", icon='CHECKMARK')
+                for name, value in given.items():
+                    setattr(again, name, value)
+                again.confirm = True
+
+            context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
             return {'CANCELLED'}
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)  # it would take the frames away from under Bake
@@ -103,21 +114,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         options = properties.chosen(self, obj.meanvalue.bake, properties.OPTIONS)
         options.confirm = self.confirm
         return options
-
-    def _ask(self, context, doubts):
-        given = {name: getattr(self, name) for name in properties.OPTIONS if self.properties.is_property_set(name)}
-
-        def draw(menu, _context):
-            for doubt in doubts:
-                menu.layout.label(text=wording.sentence(doubt))
-            menu.layout.operator_context = 'INVOKE_DEFAULT'
-            again = menu.layout.operator(self.bl_idname, text="Bake All the Same", icon='CHECKMARK')
-            for name, value in given.items():
-                setattr(again, name, value)
-            again.confirm = True
-
-        context.window_manager.popup_menu(draw, title="Bake", icon='QUESTION')
-
 
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     """Take back what Bake made, so that the mesh follows its handles again"""

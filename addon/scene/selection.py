@@ -3,17 +3,9 @@
 
 import bmesh
 import bpy
-import numpy as np
 
 from ..errors import SceneError
 from . import pose_objects
-
-
-def selected_vertices(obj):
-    """Ascending vertex indices, int32. In Edit Mode what is selected there; Blender must have left it to be sure."""
-    flags = np.zeros(len(obj.data.vertices), bool)
-    obj.data.vertices.foreach_get("select", flags)
-    return np.flatnonzero(flags).astype(np.int32)
 
 
 def leave_edit_mode(obj):

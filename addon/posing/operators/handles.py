@@ -127,7 +127,9 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     def _members(self, obj):
         """(name of the vertex group or "" for a new one, vertex indices). @throws SceneError."""
         if self.from_selection:
-            members = selection.selected_vertices(obj)
+            flags = np.zeros(len(obj.data.vertices), bool)
+            obj.data.vertices.foreach_get("select", flags)
+            members = np.flatnonzero(flags).astype(np.int32)
             if len(members) == 0:
                 raise SceneError("No vertices are selected. Select the ones to hold, then press the button again")
             return "", members
