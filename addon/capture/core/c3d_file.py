@@ -26,7 +26,8 @@ AGAIN = "The file is damaged or cut off: export or copy it again"
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
     """The physical markers of a C3D file of that content; `file` is its name. Raises MotionFileError."""
     numbers, parameters = _sections(data, file)
-    header = _header(data, numbers)
+    words = numbers.numbers(data, "u2", 2, 8).tolist()
+    header = _Header(*words[:4], words[7], *(float(numbers.numbers(data, "f4", at, 1)[0]) for at in (12, 20)))
     layout, notes = _find_layout(header, parameters, len(data), file)
     labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
@@ -88,12 +89,6 @@ def _sections(data, file):
         )
     numbers = NUMBER_FORMATS[processor]
     return numbers, Parameters(data, start + 4, start + (blocks or 255) * BLOCK, numbers)
-
-
-def _header(data, numbers):
-    words = numbers.numbers(data, "u2", 2, 8).tolist()
-    scale, rate = (float(numbers.numbers(data, "f4", at, 1)[0]) for at in (12, 20))
-    return _Header(*words[:4], words[7], scale, rate)
 
 
 def _find_layout(header, parameters, size, file):

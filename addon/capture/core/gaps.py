@@ -155,17 +155,13 @@ def low_pass(positions, rate_hz, cutoff_hz):
     good = ~np.isnan(result[..., 0])
     for marker in range(result.shape[1]):
         for begin, end in runs(good[:, marker]):
-            result[begin:end, marker] = _filtered(result[begin:end, marker], cutoff_hz / rate_hz)
+            path = result[begin:end, marker]
+            # Beyond its ends it goes on as its point reflection: about the line between them that is periodic.
+            line = path[0] + np.linspace(0.0, 1.0, len(path))[:, None] * (path[-1] - path[0])
+            away = path - line
+            periodic = np.concatenate([away, -away[-2:0:-1]])
+            # Each of the two passes leaves 2^(-1/4) of the amplitude at the cut-off.
+            cycles = np.fft.rfftfreq(len(periodic)) / (cutoff_hz / rate_hz)
+            spectrum = (1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * cycles**4))[:, None] * np.fft.rfft(periodic, axis=0)
+            result[begin:end, marker] = line + np.fft.irfft(spectrum, len(periodic), axis=0)[: len(path)]
     return result
-
-
-def _filtered(path, cutoff):
-    """(n, 3): the path, with `cutoff` in cycles a sample. Beyond its ends it goes on as its point reflection: about the
-    line between them that is periodic."""
-    line = path[0] + np.linspace(0.0, 1.0, len(path))[:, None] * (path[-1] - path[0])
-    away = path - line
-    periodic = np.concatenate([away, -away[-2:0:-1]])
-    # Each of the two passes leaves 2^(-1/4) of the amplitude at the cut-off.
-    gain = 1.0 / (1.0 + (np.sqrt(2.0) - 1.0) * (np.fft.rfftfreq(len(periodic)) / cutoff) ** 4)
-    spectrum = gain[:, None] * np.fft.rfft(periodic, axis=0)
-    return line + np.fft.irfft(spectrum, len(periodic), axis=0)[: len(path)]

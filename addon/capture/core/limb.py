@@ -47,7 +47,12 @@ class Limb:
 
     def posed(self, tip, is_stretched):
         """(m, 3): the reference with the limb on its skin. tip (3,): the end of that."""
-        posed = self._stretched() if is_stretched else self._markers.copy()
+        posed = self._markers.copy()
+        if is_stretched and self._fore:  # what is beyond the elbow is turned on in line with the upper arm
+            elbow = posed[self._middle].mean(axis=0)
+            beyond = posed[self._fore] - elbow
+            turn = turns_between(posed[self._end].mean(axis=0) - elbow, elbow - self._joint)
+            posed[self._fore] = elbow + beyond @ turn.T
         k = np.arange(DIRECTIONS) + 0.5
         z, angle = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
         directions = np.stack([np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z], axis=1)
@@ -102,16 +107,6 @@ class Limb:
         pivot = posed[ankle].mean(axis=0)
         level = pivot + captured[foot] - captured[ankle].mean(axis=0)
         return self._settled(level, foot, pivot, (0.0, 0.0, 1.0))
-
-    def _stretched(self):
-        """The markers with what is beyond the elbow turned on in line with the upper arm."""
-        result = self._markers.copy()
-        if self._fore:
-            elbow = result[self._middle].mean(axis=0)
-            beyond = result[self._fore] - elbow
-            turn = turns_between(result[self._end].mean(axis=0) - elbow, elbow - self._joint)
-            result[self._fore] = elbow + beyond @ turn.T
-        return result
 
     def _rolled(self, points, numbers, pivot):
         """The points turned about the axis from the pivot to their middle, as far as lets them look their way."""

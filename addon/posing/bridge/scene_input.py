@@ -61,13 +61,17 @@ def gather(obj, to_bind=True):
 
 def read(obj, to_bind=True):
     """As gather(), where Blender has told of all edits."""
-    require_handles(obj)
-    settings, faces = obj.meanvalue, kept.faces(obj.data)
+    require_none(unheld_problem(obj))
+    settings, handles = obj.meanvalue, targets.enabled_handles(obj)
+    for handle in handles:
+        members.require_listed(obj, handle)
+    if settings.roi_group:
+        vertex_groups.require(obj, settings.roi_group, "the region", "Choose another group or clear the field")
+    faces = kept.faces(obj.data)
     corners, starts = faces
     groups = {each.name for each in settings.handles if not each.mark} | {each.group for each in examples.keys(obj)}
     of_limbs = limbs.groups(obj) if settings.method == ids.METHOD_FAST else ()
     vertex_groups.read(obj, groups | {settings.roi_group, *of_limbs})  # in one pass
-    handles = targets.enabled_handles(obj)
     held, freedom = members.of(obj, handles), region.known_weights(obj, 1.0)
     _require_members(handles, held, settings.roi_group, freedom)
     anchors, handle_numbers = anchor_layout(held)
@@ -133,16 +137,6 @@ def unheld_problem(obj):
     if not targets.enabled_handles(obj):
         return "All handles are turned off. Tick at least one in the list"
     return None
-
-
-def require_handles(obj):
-    """@throws SceneError if a group that the settings name is missing, or none is named."""
-    require_none(unheld_problem(obj))
-    region_name = obj.meanvalue.roi_group
-    for handle in targets.enabled_handles(obj):
-        members.require_listed(obj, handle)
-    if region_name:
-        vertex_groups.require(obj, region_name, "the region", "Choose another group or clear the field")
 
 
 def _require_members(handles, held, region_name, freedom):

@@ -64,7 +64,11 @@ def write(obj, options, frames, pairs, motions):
     for (left, right), motion in zip(pairs, motions, strict=True):
         carrier.matrix_basis = Matrix(left @ motion @ right)  # Blender minds rotation modes and delta transforms
         locations.append(carrier.location.copy())
-        rotations.append(_turned_on(getattr(carrier, rotation_name), rotations[-1] if rotations else None))
+        turned = getattr(carrier, rotation_name)
+        is_axis = not hasattr(turned, "make_compatible")  # with an angle
+        rotations.append(tuple(turned) if is_axis else turned.copy())
+        if not is_axis and len(rotations) > 1:
+            rotations[-1].make_compatible(rotations[-2])  # in the numbers that are nearest to those of the last one
     carrier.location, carrier.scale = former[0], former[2]
     setattr(carrier, rotation_name, former[1])
     for path, values in zip(_paths(carrier), (locations, rotations), strict=True):
@@ -90,16 +94,6 @@ def _carrier(obj, options):
     if bone is None:
         raise SceneError(f"'{rig.name}' has no bone '{options.bone}'. Choose the bone of the head in Bone")
     return rig, bone
-
-
-def _turned_on(rotation, last):
-    """A copy of a rotation in the numbers that are nearest to those of the last one."""
-    if not hasattr(rotation, "make_compatible"):  # an axis with an angle
-        return tuple(rotation)
-    turned = rotation.copy()
-    if last is not None:
-        turned.make_compatible(last)
-    return turned
 
 
 def _paths(carrier):
