@@ -115,6 +115,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         options.confirm = self.confirm
         return options
 
+
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     """Take back what Bake made, so that the mesh follows its handles again"""
 
