@@ -37,7 +37,14 @@ def _from_0_1(obj, stored):
     if stored.pop("anchor_groups", None):
         settings.active_handle = stored.pop("active_anchor_group", 0)
     if followed_key:
-        _tell(obj, followed_key)
+        pins = "is a pin" if len(followed_key) == 1 else "are pins"
+        text = wording.sentence(
+            f"{wording.quoted(followed_key)} of '{obj.name}' followed a shape key and {pins} now. To pose by it again, "
+            "press Solve from Shape Key"
+        )
+        views.say(text)
+        if not bpy.app.background:
+            bpy.app.timers.register(lambda: views.pop_up("Mean-Value", text), first_interval=0.1)
     keys, name = obj.data.shape_keys, stored.pop("former_result", "")
     result = keys.key_blocks.get(name) if name and keys is not None else None
     if result is not None and result != keys.reference_key:
@@ -65,14 +72,3 @@ def _add_handle(settings, old):
     control = old.get("control") if isinstance(old.get("control"), bpy.types.Object) else None  # {} where none was set
     controls.choose(handle, control, control_places.at_rest(handle), made=bool(old.get("made_control")))
     return follows == 'SHAPE'
-
-
-def _tell(obj, names):
-    pins = "is a pin" if len(names) == 1 else "are pins"
-    text = wording.sentence(
-        f"{wording.quoted(names)} of '{obj.name}' followed a shape key and {pins} now. To pose by it again, press "
-        "Solve from Shape Key"
-    )
-    views.say(text)
-    if not bpy.app.background:
-        bpy.app.timers.register(lambda: views.pop_up("Mean-Value", text), first_interval=0.1)

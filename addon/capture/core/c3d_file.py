@@ -32,6 +32,9 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
     positions, rate = _positions(data, numbers, layout), usable_rate(parameters.number("POINT", "RATE"), header.rate)
+    names = (" ".join(parameters.strings("POINT", name)).strip() for name in ("X_SCREEN", "Y_SCREEN"))
+    across, up = (name.upper().lstrip("+") for name in names)  # on the screen of the capture system
+    is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
     return Recording(
         file=file,
         rate_hz=rate,
@@ -39,7 +42,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         kinds=marker_sets.kinds(labels, marker_sets.listed_in(parameters)),
         positions=positions,
         unit=_unit(parameters.strings("POINT", "UNITS"), positions),
-        up_axis=_screen_up(parameters),
+        up_axis=up if is_told else None,
         usual_up=("Z", "as most C3D files have it"),
         notes=notes,
         other_scale=header.scale / layout.scale if header.scale > 0.0 < layout.scale else 1.0,
@@ -180,11 +183,3 @@ def _positions(data, numbers, layout):
             positions *= layout.scale
         positions[~(frames[..., 3] >= 0)] = np.nan  # also where it is NaN
     return positions
-
-
-def _screen_up(parameters):
-    """The axis that is drawn upwards on the screen of the capture system, where the file names two axes that differ."""
-    names = (" ".join(parameters.strings("POINT", name)).strip() for name in ("X_SCREEN", "Y_SCREEN"))
-    across, up = (name.upper().lstrip("+") for name in names)
-    is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
-    return up if is_told else None

@@ -78,7 +78,13 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         except MeanValueError as error:
             return self.refuse(error)
         if self.extend_range:
-            self._extend(context.scene, read, frames)
+            # The end moves out, the start past what is empty at the start of all.
+            scene, spans = context.scene, [_seen_span(take) for take in read]
+            begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
+            end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
+            scene.frame_end = max(scene.frame_end, math.ceil(end))
+            if scene.frame_start == self.start_frame < begin:
+                scene.frame_start = math.ceil(begin)
         _go_on_with(context, collections)
         for take, collection, times in zip(read, collections, frames, strict=True):
             self.tell(_account(take, collection, times), [])
@@ -124,15 +130,6 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
                 takes.remove(collection)
             raise
         return made, frames
-
-    def _extend(self, scene, read, frames):
-        """Lets the scene play all takes: its end moves out, its start past what is empty at the start of all."""
-        spans = [_seen_span(take) for take in read]
-        begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
-        end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
-        scene.frame_end = max(scene.frame_end, math.ceil(end))
-        if scene.frame_start == self.start_frame < begin:
-            scene.frame_start = math.ceil(begin)
 
 
 def _seen_span(take):

@@ -32,9 +32,17 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
             # Edited, subdivided, scaled: controls, not moved for that, move their handles from where these are now.
             controls.attach_where_they_are(obj, handles, [controls.shown_move(obj, handle) for handle in handles])
         controls.remove_deleted(obj)
-        made = _make_own_controls(obj)
+        # Of those that are missing or belong to another object, as after duplicating; its own that are in no collection,
+        # as when it was appended alone, are put back.
+        lone = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
+        lone = [handle for handle in lone if controls.why_it_is_missing(obj, handle)]
+        for handle, vertices in zip(lone, members.of(obj, lone), strict=True):
+            if handle.made_control and controls.owner_of(handle.control) == obj:
+                controls.put_beside(obj, handle.control)
+            else:
+                new_handles.make_handle(obj, handle, vertices, handle.color)
         posing.record(obj)
-        message = f"Updated. {wording.counted(made, 'control')} made" if made else "Updated"
+        message = f"Updated. {wording.counted(len(lone), 'control')} made" if lone else "Updated"
         return message, posing.binding.notes
 
 
@@ -122,17 +130,3 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
             key.value = 0.0
             message += f". Shape key '{self.key}' has the value 0 now, so that it is not added"
         return message, [*warnings, *notes]
-
-
-def _make_own_controls(obj):
-    """For handles whose control is missing or belongs to another object, as after duplicating. Returns how many.
-
-    Those that belong to this one and are in no collection, as when it was appended alone, are put back."""
-    handles = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
-    handles = [handle for handle in handles if controls.why_it_is_missing(obj, handle)]
-    for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
-        if handle.made_control and controls.owner_of(handle.control) == obj:
-            controls.put_beside(obj, handle.control)
-        else:
-            new_handles.make_handle(obj, handle, vertices, handle.color)
-    return len(handles)

@@ -72,7 +72,12 @@ def gather(obj, target):
     _require_ready(obj, target)
     to_world = subject.to_world(obj)
     rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
-    shape, triangles = _shown(target)
+    evaluated = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    try:
+        shape, triangles = mesh_arrays.vertex_positions(mesh), mesh_arrays.shown_triangles(mesh)
+    finally:
+        evaluated.to_mesh_clear()
     pairs = obj.meanvalue.wrap.pairs
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
     whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
@@ -130,16 +135,6 @@ def _last(obj):
 
 def _key(given):
     return digest(given.vertices, given.triangles, given.target, given.target_triangles, given.picked, given.points)
-
-
-def _shown(target):
-    """(positions, triangles) with modifiers and shape keys, whatever they make of it."""
-    evaluated = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    mesh = evaluated.to_mesh()
-    try:
-        return mesh_arrays.vertex_positions(mesh), mesh_arrays.shown_triangles(mesh)
-    finally:
-        evaluated.to_mesh_clear()
 
 
 def _outwards(triangles, to_world):
