@@ -58,7 +58,12 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         points, middle = rest[members], rest[members].mean(axis=0)
         own = [k for k in members if k < len(anchors)]  # where hips are in a thigh is less sure than how they turn it
         _, (_, across, _), (axis, *_) = np.linalg.svd(points - middle)
-        turns, off = _motion(points, moving[:, members])
+        paths = moving[:, members]
+        turns = fit_rotations(points, paths)
+        turns[np.isnan(paths[..., 0]).any(axis=1)] = np.nan  # where one of them is missing
+        squares = ((paths - carried(points, paths, turns)) ** 2).sum(axis=2)
+        squares = squares[~np.isnan(squares[:, 0])]
+        off = float(np.sqrt(squares.mean())) if len(squares) else np.inf
         error = off * np.sqrt(len(members)) / max(across, 1e-300)
         if not error < ROLL:
             refused[name] = error
@@ -79,16 +84,6 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
             strength = LIMBS[name.split(".")[0]] - DOUBT * error
             cuffs.append(Cuff(name, np.array(chosen), centre, radius, strength, turns, centres))
     return cuffs, refused
-
-
-def _motion(rest, moving):
-    """((f, 3, 3) turns, rms by which they are off) of markers moving (f, k, 3) as a rigid body, rest (k, 3); NaN in
-    frames without all of them."""
-    turns, centres = fit_rotations(rest, moving), moving.mean(axis=1)
-    turns[np.isnan(centres[:, 0])] = np.nan
-    squares = ((moving - carried(rest, moving, turns)) ** 2).sum(axis=2)
-    squares = squares[~np.isnan(squares[:, 0])]
-    return turns, float(np.sqrt(squares.mean())) if len(squares) else np.inf
 
 
 def spread(points, held, count):

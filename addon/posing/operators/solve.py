@@ -32,8 +32,8 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
             # Edited, subdivided, scaled: controls, not moved for that, move their handles from where these are now.
             controls.attach_where_they_are(obj, handles, [controls.shown_move(obj, handle) for handle in handles])
         controls.remove_deleted(obj)
-        # Of those that are missing or belong to another object, as after duplicating; its own that are in no collection,
-        # as when it was appended alone, are put back.
+        # Of those that are missing or belong to another object, as after duplicating. Its own that are in no
+        # collection, as when it was appended alone, are put back.
         lone = [handle for handle in targets.enabled_handles(obj) if handle.follows == 'CONTROL']
         lone = [handle for handle in lone if controls.why_it_is_missing(obj, handle)]
         for handle, vertices in zip(lone, members.of(obj, lone), strict=True):

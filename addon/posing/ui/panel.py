@@ -94,7 +94,16 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
         if obj.mode == 'EDIT':
             draw_add(layout.column(align=True))
         if not is_new:
-            _draw_handles(layout, obj)
+            settings, row = obj.meanvalue, layout.row()
+            name, lines = MEANVALUE_UL_handles.__name__, {"rows": 4, "maxrows": 4}  # buttons below stay where they are
+            row.template_list(name, "", settings, "handles", settings, "active_handle", **lines)
+            buttons = row.column(align=True)
+            buttons.operator("meanvalue.remove_handle", icon='REMOVE', text="")
+            buttons.prop(settings, "show_overlay", text="", toggle=True, icon='OVERLAY')
+            layout.prop(settings, "live", toggle=True, icon='PLAY')
+            row = layout.row(align=True)
+            row.operator("meanvalue.reset_handles", icon='LOOP_BACK', text="Reset")
+            row.operator("meanvalue.keyframe_handles", icon='KEY_HLT', text="Keyframe")
             row = layout.row(align=True)
             row.operator("meanvalue.keep_pose", icon='SHAPEKEY_DATA')
             row.menu(MEANVALUE_MT_apply.__name__, icon='CHECKMARK')
@@ -226,20 +235,6 @@ def _draw_grab(layout, context, obj):
     known = scene_input.known(obj)
     if known is not None and known.bends:
         draw_wrapped(column, context, known.bends)
-
-
-def _draw_handles(layout, obj):
-    settings = obj.meanvalue
-    row = layout.row()
-    lines = {"rows": 4, "maxrows": 4}  # always as many: the buttons below stay where they are
-    row.template_list(MEANVALUE_UL_handles.__name__, "", settings, "handles", settings, "active_handle", **lines)
-    buttons = row.column(align=True)
-    buttons.operator("meanvalue.remove_handle", icon='REMOVE', text="")
-    buttons.prop(settings, "show_overlay", text="", toggle=True, icon='OVERLAY')
-    layout.prop(settings, "live", toggle=True, icon='PLAY')
-    row = layout.row(align=True)
-    row.operator("meanvalue.reset_handles", icon='LOOP_BACK', text="Reset")
-    row.operator("meanvalue.keyframe_handles", icon='KEY_HLT', text="Keyframe")
 
 
 def _status(obj):
