@@ -214,11 +214,10 @@ def _write(obj, other, shape, compares):
             shape_keys.keep_edit(other, shape_keys.positions(key), model.overwritten)
         shape_keys.ensure_result_key(other)
         key = shape_keys.result(other)
-        _drive(key, by)
-    elif np.array_equal(model.written, shape):
-        return  # it is not evaluated again
-    shape_keys.write_positions(other.data, key, shape)
-    model.wrote(shape)
+    _drive(key, by)  # which may be another one
+    if not np.array_equal(model.written, shape):  # else it is not evaluated again
+        shape_keys.write_positions(other.data, key, shape)
+        model.wrote(shape)
 
 
 def _drive(key, by):

@@ -42,6 +42,8 @@ def problem(obj, other):
         return f"{name} follows by itself: {_by_itself(other)[0].replace('_', ' ').title()}"
     if found:
         return found
+    if _deforms(other, obj):
+        return f"{name} deforms '{obj.name}', which would be moved twice"
     if other.data.users - other.data.use_fake_user > 1:
         return f"{name} shares its mesh with other objects. Make it a single user (Object > Relations)"
     if motion.is_flat(np.array(other.matrix_world, np.float64)) or not len(other.data.vertices):
@@ -56,6 +58,12 @@ def problem(obj, other):
 def _by_itself(other):
     ways = pose_objects.shown(other).parent_type, *(each.type for each in other.modifiers)
     return [each for each in ways if each in BY_ITSELF]
+
+
+def _deforms(other, obj):
+    """Whether the mesh is bound to `other`, such as a cage."""
+    bound = [each for each in obj.modifiers if each.type in BY_ITSELF]
+    return pose_objects.shown(other) in [getattr(each, "object", getattr(each, "target", None)) for each in bound]
 
 
 def carrier(other):
@@ -75,11 +83,18 @@ def let_go(other):
 def _carrier_key(other):
     if not _carriers:
         _carriers[None] = None
-        for obj in bpy.data.objects:
-            for line in obj.meanvalue.along if obj.type == 'MESH' else ():
-                if line.is_taken and line.object is not None:
-                    _carriers.setdefault(compat.session_key(line.object), compat.session_key(obj))
+        lines = [line for obj in bpy.data.objects if obj.type == 'MESH' for line in obj.meanvalue.along]
+        lines = [line for line in lines if line.is_taken and line.object is not None]
+        for line in sorted(lines, key=_is_of_copy):
+            _carriers.setdefault(compat.session_key(line.object), compat.session_key(line.id_data))
     return _carriers.get(compat.session_key(other))
+
+
+def _is_of_copy(line):
+    """Whether the keys of another mesh pose what is listed: then this one is a copy of that."""
+    key = shape_keys.result(line.object)
+    source = key and actions.source_of(key)
+    return bool(source) and source[0] != line.id_data.data.shape_keys
 
 
 def forget():
@@ -98,7 +113,7 @@ def find(obj):
         is_on_rig, is_child = rigs & _rigs(other), pose_objects.shown(obj) in _parents(other)
         is_near = is_child or ((is_on_rig or other.select_get()) and _lies_on(obj, surface, other))
         if is_near or is_on_rig:
-            if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
+            if is_near and pose_objects.is_foreign(posed) and not (_by_itself(other) or _deforms(other, obj)):
                 posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
             line.name, line.object = other.name, posed

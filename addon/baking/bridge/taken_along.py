@@ -6,6 +6,8 @@ import types
 import bpy
 import numpy as np
 
+from ...compat import session_key
+from ...errors import SceneError
 from ...scene import along, worn
 from ...scene.core.whole_files import file_name
 from ...solver.core.fingerprint import digest
@@ -18,27 +20,35 @@ class TakenAlong:
 
     def __init__(self, obj, times, options):
         """@throws SceneError, CacheError where something cannot be baked so; nothing was changed then."""
-        self._paths, self._made = {}, {}  # by name: (as the modifier shows it, in full); [n x 3] for keys, or none
+        self._paths, self._made = {}, {}  # by session key: (as the modifier shows it, in full); [n x 3] for keys
+        homes = {str(preparing.paths(obj, options)[1]).casefold(): obj}
         for _line, other in worn.taken(obj):
             stem, name = options.path.strip().removesuffix(".pc2"), file_name(bpy.path.clean_name(other.name))
             own = types.SimpleNamespace(**{**vars(options), "path": stem and f"{stem}_{name}.pc2"})
-            self._paths[other.name] = preparing.paths(other, own)
-            preparing.require_fit(other, times, own, self._paths[other.name][1])
+            shown, path = self._paths[session_key(other)] = preparing.paths(other, own)
+            first = homes.setdefault(str(path).casefold(), other)
+            if shown and first != other:
+                raise SceneError(f"'{first.name}' and '{other.name}' would be baked to one file. Rename one of them")
+            preparing.require_fit(other, times, own, path)
+
+    def _followers(self, obj):
+        """As along.followers(), of what it began with: others may go along since."""
+        return along.followers(obj, [each for each in worn.taken(obj) if session_key(each[1]) in self._paths])
 
     def choose(self, obj, shapes):
         """For keys, of [n x 3] of the mesh: generator of the share done. @throws MeanValueError."""
         for number, shape in enumerate(shapes):
-            for follower, others in along.followers(obj):
+            for follower, others in self._followers(obj):
                 for other, found in zip(others, follower.follow(shape), strict=True):
-                    self._made.setdefault(other.name, []).append(found)
+                    self._made.setdefault(session_key(other), []).append(found)
             yield number / len(shapes)
 
     def write(self, obj, rows, plan):
         """The point caches, of those of the mesh: generator of the share done. @throws MeanValueError."""
-        for follower, others in along.followers(obj):
+        for follower, others in self._followers(obj):
             key = digest(plan.key, *follower.key, *follower.places)
-            homes = [(self._paths[other.name][1], key, plan.header_of(len(other.data.vertices))) for other in others]
-            self._made.update({other.name: [] for other in others})
+            homes = [(self._paths[session_key(each)][1], key, plan.header_of(len(each.data.vertices))) for each in others]
+            self._made.update({session_key(each): [] for each in others})
             if all(point_cache.is_current(*home) for home in homes):
                 continue
             caches = [point_cache.Begun(*home) for home in homes]
@@ -55,16 +65,20 @@ class TakenAlong:
 
     def play(self, obj, plan, times):
         """times: of the shapes that were chosen. Returns notes."""
-        notes = along.problems(obj)
-        for other in (each for each in along.group(obj)[1:] if each.name in self._made):
+        notes, count = along.problems(obj), 0 if times is None else len(times)
+        for other in along.group(obj)[1:]:
+            shapes = self._made.get(session_key(other))
+            if shapes is None or len(shapes) != count:
+                continue
             playing.take_back(other)
-            if self._made[other.name]:
-                notes += playing.play_keys(other, times, self._made[other.name])
+            if shapes:
+                notes += playing.play_keys(other, times, shapes)
             else:
-                playing.play_cache(other, self._paths[other.name][0], plan.header_of(len(other.data.vertices)))
+                path = self._paths[session_key(other)][0]
+                playing.play_cache(other, path, plan.header_of(len(other.data.vertices)))
         return notes
 
 
 def baked(obj):
-    """The mesh, and what else a bake of it plays in."""
-    return [obj, *(other for _, other in worn.listed(obj) if other.meanvalue.baked.target)]
+    """The mesh, and what else a bake of it plays in: what has handles has a bake of its own."""
+    return [obj, *(each for _, each in worn.listed(obj) if each.meanvalue.baked.target and not each.meanvalue.handles)]
