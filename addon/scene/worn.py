@@ -42,7 +42,8 @@ def problem(obj, other):
         return f"{name} follows by itself: {_by_itself(other)[0].replace('_', ' ').title()}"
     if found:
         return found
-    if _deforms(other, obj):
+    bound = [getattr(each, "object", getattr(each, "target", None)) for each in obj.modifiers if each.type in BY_ITSELF]
+    if pose_objects.shown(other) in bound:
         return f"{name} deforms '{obj.name}', which would be moved twice"
     if other.data.users - other.data.use_fake_user > 1:
         return f"{name} shares its mesh with other objects. Make it a single user (Object > Relations)"
@@ -58,12 +59,6 @@ def problem(obj, other):
 def _by_itself(other):
     ways = pose_objects.shown(other).parent_type, *(each.type for each in other.modifiers)
     return [each for each in ways if each in BY_ITSELF]
-
-
-def _deforms(other, obj):
-    """Whether the mesh is bound to `other`, such as a cage."""
-    bound = [each for each in obj.modifiers if each.type in BY_ITSELF]
-    return pose_objects.shown(other) in [getattr(each, "object", getattr(each, "target", None)) for each in bound]
 
 
 def carrier(other):
@@ -83,18 +78,15 @@ def let_go(other):
 def _carrier_key(other):
     if not _carriers:
         _carriers[None] = None
-        lines = [line for obj in bpy.data.objects if obj.type == 'MESH' for line in obj.meanvalue.along]
-        lines = [line for line in lines if line.is_taken and line.object is not None]
-        for line in sorted(lines, key=_is_of_copy):
-            _carriers.setdefault(compat.session_key(line.object), compat.session_key(line.id_data))
+        lines = [each for obj in bpy.data.objects if obj.type == 'MESH' for each in listed(obj) if each[0].is_taken]
+        for line, posed in sorted(lines, key=_is_of_copy):
+            _carriers.setdefault(compat.session_key(posed), compat.session_key(line.id_data))
     return _carriers.get(compat.session_key(other))
 
 
-def _is_of_copy(line):
-    """Whether the keys of another mesh pose what is listed: then this one is a copy of that."""
-    key = shape_keys.result(line.object)
-    source = key and actions.source_of(key)
-    return bool(source) and source[0] != line.id_data.data.shape_keys
+def _is_of_copy(each):  # of the mesh whose keys pose what is listed
+    source = (key := shape_keys.result(each[1])) and actions.source_of(key)
+    return bool(source) and source[0] != each[0].id_data.data.shape_keys
 
 
 def forget():
@@ -113,11 +105,10 @@ def find(obj):
         is_on_rig, is_child = rigs & _rigs(other), pose_objects.shown(obj) in _parents(other)
         is_near = is_child or ((is_on_rig or other.select_get()) and _lies_on(obj, surface, other))
         if is_near or is_on_rig:
-            if is_near and pose_objects.is_foreign(posed) and not (_by_itself(other) or _deforms(other, obj)):
+            if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
                 posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
-            line.name, line.object = other.name, posed
-            line.is_taken = bool(is_near)
+            line.name, line.object, line.is_taken = other.name, posed, bool(is_near)
             known.add(posed)
     forget()
     return len(known) - before

@@ -57,8 +57,10 @@ def test_it_goes_along_wherever_its_own_space_is():
 def test_what_follows_by_itself_and_what_must_not_be_written_is_left_alone(part):
     obj, *_others, control = dressed()
     words = {"Surface": "Surface Deform", "Hung": "Vertex", "Shared": "shares", "Flat": "scaled", "Own": "of its own"}
+    words["Cage"] = "deforms 'Tube'"
     alone = {name: add(obj, np.add(np.eye(3), [1, 0, 2]), [(0, 1, 2)], name, SAME) for name in words}
     alone["Surface"].modifiers.new("Follow", 'SURFACE_DEFORM')
+    obj.modifiers.new("Bound", 'MESH_DEFORM').object = alone["Cage"]
     alone["Hung"].parent_type = 'VERTEX'
     meshes.new_object("Twin", alone["Shared"].data)
     alone["Flat"].scale.z = 0.0
@@ -78,6 +80,7 @@ def test_one_slider_moves_all_and_what_is_renamed_deleted_and_opened_again_goes_
     assert np.array_equal(steps.key_positions(sleeve, "Bow"), bent) and np.array_equal(shown(sleeve), rest(sleeve))
     obj.data.shape_keys.key_blocks["Bow"].name, sleeve.data.shape_keys.key_blocks["Bow"].name = "Nod", "Mine"
     sleeve.name = "Shirt"
+    meshes.new_object("A Copy", obj.data.copy()).meanvalue.along.add().object = sleeve
     bpy.data.objects.remove(button)
     handles.move(control, (0.0, 2.0, 0.0))
     obj = steps.reopened(obj, tmp_path / "dressed.blend")
@@ -128,6 +131,9 @@ def test_edits_of_its_pose_are_kept_and_unticking_takes_the_pose_back():
     for obj.meanvalue.along["Button"].is_taken in (False, True):
         update()
         assert bool(button.data.shape_keys) == obj.meanvalue.along["Button"].is_taken
+    obj.shape_key_clear()
+    handles.move(control, (0.5, 0.0, 0.0))
+    assert np.abs(meshes.seen(button) - rest(button)).max() > 0.5
 
 
 @pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
@@ -136,10 +142,19 @@ def test_a_bake_plays_in_all_and_is_taken_back(target, tmp_path):
     baking.key_control(control, 4)
     baking.save(tmp_path)
     live = [baking.played(each, range(1, 5)) for each in others]
+    if target == 'POINT_CACHE':
+        obj.name, others[0].name = "One.L", "One_l"
+        with steps.refused("'One.L' and 'One_l' would be baked to one file"):
+            steps.run(obj, "bake", target=target)
+        others[0].name = "Other"
     steps.run(obj, "bake", target=target)
     assert all(np.abs(baking.played(each, range(1, 5)) - live.pop(0)).max() < 0.02 for each in others)
+    own = meshes.new_object("Own", others[0].data.copy())
+    own.meanvalue.handles.add().name, own.meanvalue.baked.target = "Hand", target
+    obj.meanvalue.along.add().object = own
     steps.run(obj, "unbake")
     update()
+    assert own.meanvalue.baked.target == target
     for each in others:
         assert [key.name for key in each.data.shape_keys.key_blocks] == ["Basis", handles.RESULT]
         assert not each.modifiers and np.abs(meshes.seen(each) - shown(each)).max() < 1e-5

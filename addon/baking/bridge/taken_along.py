@@ -31,8 +31,7 @@ class TakenAlong:
                 raise SceneError(f"'{first.name}' and '{other.name}' would be baked to one file. Rename one of them")
             preparing.require_fit(other, times, own, path)
 
-    def _followers(self, obj):
-        """As along.followers(), of what it began with: others may go along since."""
+    def _followers(self, obj):  # of what it began with: others may go along since
         return along.followers(obj, [each for each in worn.taken(obj) if session_key(each[1]) in self._paths])
 
     def choose(self, obj, shapes):
@@ -42,12 +41,13 @@ class TakenAlong:
                 for other, found in zip(others, follower.follow(shape), strict=True):
                     self._made.setdefault(session_key(other), []).append(found)
             yield number / len(shapes)
+        self._made = {key: made for key, made in self._made.items() if len(made) == len(shapes)}
 
     def write(self, obj, rows, plan):
         """The point caches, of those of the mesh: generator of the share done. @throws MeanValueError."""
         for follower, others in self._followers(obj):
             key = digest(plan.key, *follower.key, *follower.places)
-            homes = [(self._paths[session_key(each)][1], key, plan.header_of(len(each.data.vertices))) for each in others]
+            homes = [(self._paths[session_key(one)][1], key, plan.header_of(len(one.data.vertices))) for one in others]
             self._made.update({session_key(each): [] for each in others})
             if all(point_cache.is_current(*home) for home in homes):
                 continue
@@ -65,17 +65,13 @@ class TakenAlong:
 
     def play(self, obj, plan, times):
         """times: of the shapes that were chosen. Returns notes."""
-        notes, count = along.problems(obj), 0 if times is None else len(times)
-        for other in along.group(obj)[1:]:
-            shapes = self._made.get(session_key(other))
-            if shapes is None or len(shapes) != count:
-                continue
+        notes = along.problems(obj)
+        for other in (each for each in along.group(obj)[1:] if session_key(each) in self._made):
             playing.take_back(other)
-            if shapes:
-                notes += playing.play_keys(other, times, shapes)
+            if self._made[session_key(other)]:
+                notes += playing.play_keys(other, times, self._made[session_key(other)])
             else:
-                path = self._paths[session_key(other)][0]
-                playing.play_cache(other, path, plan.header_of(len(other.data.vertices)))
+                playing.play_cache(other, self._paths[session_key(other)][0], plan.header_of(len(other.data.vertices)))
         return notes
 
 
