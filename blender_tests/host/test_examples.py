@@ -37,7 +37,7 @@ def test_weights_are_told_and_sum_to_one(bar):
     assert meanvalue.Deformer(vertices, faces, anchors).solve(vertices[anchors]).example_weights is None
 
 
-def test_a_sequence_and_a_drag_bend_as_examples_do(bar):
+def test_a_sequence_bends_as_examples_do(bar):
     vertices, faces, anchors = bar
     truths = np.array([bent(vertices, angle) for angle in np.linspace(0, 0.9, 24)])
     alone = meanvalue.Deformer(vertices, faces, anchors)
@@ -46,20 +46,14 @@ def test_a_sequence_and_a_drag_bend_as_examples_do(bar):
     def error(shapes):
         return np.linalg.norm(shapes - truths, axis=2).mean()
 
-    def dragged(deformer):
-        with deformer.drag() as drag:
-            return [drag.solve(truth[anchors]).vertices for truth in truths]
-
     targets = truths[:, anchors]
     assert error(taught.solve_sequence(targets).vertices) < 0.85 * error(alone.solve_sequence(targets).vertices)
-    assert error(dragged(taught)) < 0.85 * error(dragged(alone))
 
 
 @pytest.mark.parametrize(
     ("examples", "words"),
     [
         (3, "examples is no sequence"),
-        ([np.zeros((4, 3))], r"examples\[0\] has 4 vertices"),
         ([np.zeros((4, 2))], r"examples\[0\]"),
     ],
 )

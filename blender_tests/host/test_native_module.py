@@ -76,8 +76,6 @@ def test_solution_vertices_are_read_only_and_outlive_the_solution():
     ("action", "text"),
     [
         (lambda: meanvalue.encode(VERTICES, TRIANGLES[:, :2]), r"triangulate\(\)"),
-        (lambda: meanvalue.encode(VERTICES, TRIANGLES + 1), "triangle .* names vertex 180"),
-        (lambda: meanvalue.encode(VERTICES * np.nan, TRIANGLES), r"vertices\[0\] is \(nan"),
         (lambda: meanvalue.encode(VERTICES, TRIANGLES).predict(VERTICES[:5]), "5 rows"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0], threads=-1), "threads is -1"),
         (lambda: meanvalue.Deformer(VERTICES, TRIANGLES, [0, 1, 2], handles=[0, 1]), "handles has 2 numbers"),
@@ -378,5 +376,3 @@ def test_what_is_worn_follows():
     assert meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="rigid").kinds == ("rigid",)
     with pytest.raises(meanvalue.InvalidInput, match="kind is 'silk'; give 'auto', 'cloth' or 'rigid'"):
         meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="silk")
-    with pytest.raises(meanvalue.InvalidInput, match="carrier_posed has 3 positions"):
-        follower.follow(posed[:3])

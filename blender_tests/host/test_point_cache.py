@@ -43,20 +43,14 @@ def left_behind(folder):
 # -- the format ------------------------------------------------------------------------------------------------------
 
 
-def test_the_bytes_are_those_of_the_format(tmp_path):
-    rows = shapes(3)
-    write(tmp_path / "a.pc2", rows, -2.5, 0.5)
-    content = (tmp_path / "a.pc2").read_bytes()
+def test_the_bytes_are_those_of_the_format_and_are_read(tmp_path):
+    rows, path = shapes(3), tmp_path / "deep" / "a.pc2"
+    write(path, rows, -2.5, 0.5)
+    content = path.read_bytes()
     assert content[:12] == b"POINTCACHE2\0"
     assert struct.unpack("<iiffi", content[12:32]) == (1, 7, -2.5, 0.5, 3)
     assert content[32:] == rows.astype("<f4").tobytes()
-
-
-def test_what_is_written_is_read(tmp_path):
-    rows = shapes(5)
-    path = tmp_path / "deep" / "a.pc2"
-    write(path, rows)
-    assert point_cache.read_header(path) == header(rows)
+    assert point_cache.read_header(path) == header(rows, -2.5, 0.5)
     assert np.array_equal(point_cache.mapped(path), rows)
     assert left_behind(tmp_path) == []
 

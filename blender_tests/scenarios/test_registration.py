@@ -54,24 +54,15 @@ def shortcuts():
 
 
 def test_off_and_on_again_leaves_one_of_everything(part):
-    before, handlers_before = registered(), our_handlers()
-    assert len(handlers_before) == len(set(handlers_before)) == 4 and len(menu_entries()) == 2
-    installed.disable()
-    assert our_handlers() == registered() == menu_entries() == shortcuts() == []
-    assert not hasattr(bpy.types.Object, "meanvalue") and part("widgets.overlay")._handler is None
-    installed.enable()
-    assert our_handlers() == handlers_before and registered() == before and len(menu_entries()) == 2
-
-
-def test_register_and_unregister_by_hand():
-    addon = sys.modules[installed.PACKAGE]
-    handlers_before, shortcuts_before = our_handlers(), shortcuts()
-    for _ in range(3):
-        addon.unregister()
-        addon.register()
-    assert our_handlers() == handlers_before
-    assert shortcuts() == shortcuts_before
-    assert menu_entries() == ["meanvalue_draw_object_menu", "meanvalue_draw_edit_mesh_menu"]
+    before, handlers_before, shortcuts_before = registered(), our_handlers(), shortcuts()
+    assert len(handlers_before) == len(set(handlers_before)) == 4
+    for _ in range(2):
+        installed.disable()
+        assert our_handlers() == registered() == menu_entries() == shortcuts() == []
+        assert not hasattr(bpy.types.Object, "meanvalue") and part("widgets.overlay")._handler is None
+        installed.enable()
+        assert our_handlers() == handlers_before and registered() == before and shortcuts() == shortcuts_before
+        assert menu_entries() == ["meanvalue_draw_object_menu", "meanvalue_draw_edit_mesh_menu"]
 
 
 def test_shortcuts_are_those_that_are_told(part):

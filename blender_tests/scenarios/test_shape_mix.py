@@ -42,13 +42,6 @@ def test_a_dragged_slider_settles_to_what_its_value_alone_says():
         np.testing.assert_array_equal(shown(obj), expected)
 
 
-def test_the_ends_are_the_keys_themselves():
-    obj = mixing()
-    for value, truth in ((1.0, bent_limb.bent(rest(), 140.0)), (0.0, rest())):
-        set_value(obj, "Bend", value)
-        np.testing.assert_allclose(shown(obj), truth, atol=1e-5)
-
-
 def test_a_soup_stays_closed_where_its_keys_have_it_closed():
     whole, faces = bent_limb.limb()
     corners = np.concatenate(faces)

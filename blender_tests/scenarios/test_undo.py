@@ -27,19 +27,6 @@ def press(operator):
     assert operator('EXEC_DEFAULT', True) == {'FINISHED'}
 
 
-def undo_and_redo(operator):
-    before = remember()
-    press(operator)
-    after = snapshot(current())
-    assert after != before
-    bpy.ops.ed.undo()
-    assert_same(before, snapshot(current()))
-    bpy.ops.ed.redo()
-    assert_same(after, snapshot(current()))
-    bpy.ops.ed.undo()
-    assert_same(before, snapshot(current()))
-
-
 def posed():
     return steps.posed_grid(meshes.grid())
 
@@ -85,7 +72,16 @@ CASES = {
 @pytest.mark.parametrize("set_up, operator", CASES.values(), ids=CASES.keys())
 def test_undo_and_redo(set_up, operator):
     set_up()
-    undo_and_redo(getattr(bpy.ops.meanvalue, operator))
+    before = remember()
+    press(getattr(bpy.ops.meanvalue, operator))
+    after = snapshot(current())
+    assert after != before
+    bpy.ops.ed.undo()
+    assert_same(before, snapshot(current()))
+    bpy.ops.ed.redo()
+    assert_same(after, snapshot(current()))
+    bpy.ops.ed.undo()
+    assert_same(before, snapshot(current()))
 
 
 def test_keyframes_that_are_inserted_in_edit_mode():
