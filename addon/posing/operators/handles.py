@@ -234,7 +234,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
 class MEANVALUE_OT_find_along(MeshOperator, bpy.types.Operator):
     """List the children of the mesh, the meshes on its armature, and selected ones that lie on it"""
 
-    bl_label = "Find"
+    bl_label = "Find What Goes Along"
     needs_object_mode = False
 
     def run(self, obj):

@@ -47,6 +47,6 @@ class MEANVALUE_PT_along(PosingPart, bpy.types.Panel):
             name, rows = MEANVALUE_UL_along.__name__, {"rows": 3, "maxrows": 6}
             layout.template_list(name, "", settings, "along", settings, "active_along", **rows)
             notes += [f"A mix of shape keys moves '{obj.name}' alone"] if baked.source(obj) else []
-        layout.operator("meanvalue.find_along", icon='VIEWZOOM')
+        layout.operator("meanvalue.find_along", text="Find", icon='VIEWZOOM')
         for text in notes:
             draw_wrapped(layout, context, wording.sentence(text), icon='INFO')

@@ -28,7 +28,7 @@ class MEANVALUE_MT_handles(bpy.types.Menu):
         if subject.object_problem(obj) is None:
             layout.prop(obj.meanvalue, "live")
         panels.draw_operators(layout, ("meanvalue.reset_handles", "meanvalue.keyframe_handles", None))
-        panels.draw_operators(layout, ("meanvalue.grow_region", "meanvalue.paint_region"))
+        panels.draw_operators(layout, ("meanvalue.grow_region", "meanvalue.paint_region", "meanvalue.find_along"))
 
 
 class MEANVALUE_MT_apply(bpy.types.Menu):
