@@ -23,7 +23,7 @@ def become(obj):
     for other in along.group(obj)[1:]:
         shape = shape_keys.result_positions(other)
         notes += [] if shape is None else _become(other, shape)
-    return notes
+    return list(dict.fromkeys(notes))
 
 
 def _become(obj, shape):

@@ -35,7 +35,8 @@ def taken(obj):
 
 def problem(obj, other):
     """Why `other` is left alone, in words, or None. Cheap enough for drawing."""
-    name, found = f"'{other.name}'", subject.object_problem(other) or shape_keys.absolute_problem(other)
+    name, absolute = f"'{other.name}'", shape_keys.absolute_problem(other)
+    found = subject.object_problem(other) or (absolute and f"{name} is left alone. {absolute}")
     key = None if found else shape_keys.result(other)
     source = key and actions.source_of(key)
     if _by_itself(other):

@@ -55,7 +55,7 @@ def test_it_goes_along_wherever_its_own_space_is():
 
 
 def test_what_follows_by_itself_and_what_must_not_be_written_is_left_alone(part):
-    obj, *_others, control = dressed()
+    obj, sleeve, _button, control = dressed()
     words = {"Surface": "Surface Deform", "Hung": "Vertex", "Shared": "shares", "Flat": "scaled", "Own": "of its own"}
     words["Cage"] = "deforms 'Tube'"
     alone = {name: add(obj, np.add(np.eye(3), [1, 0, 2]), [(0, 1, 2)], name, SAME) for name in words}
@@ -70,6 +70,8 @@ def test_what_follows_by_itself_and_what_must_not_be_written_is_left_alone(part)
     told = part("scene.along").problems(obj)
     assert all(any(f"'{name}'" in text and words[name] in text for text in told) for name in words), told
     assert not any(each.data.shape_keys for each in alone.values()) and len(part("scene.worn").taken(obj)) == 2
+    sleeve.data.shape_keys.use_relative = False
+    assert "'Sleeve' is left alone. The shape keys are absolute" in part("scene.along").problems(obj)[0]
 
 
 def test_one_slider_moves_all_and_what_is_renamed_deleted_and_opened_again_goes_on(tmp_path):

@@ -26,8 +26,9 @@ def choose(obj):
 def up_to_body(obj, vertex, length):
     """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: if beyond a knee or
     an elbow of its rig, then to where the limb ends, or that could bend the wrong way alone."""
-    names, bones, parents, places = obj.vertex_groups.keys(), _weighted_bones(obj), _parents(obj), _places(obj)
-    carrying = [(each.weight, names[each.group]) for each in obj.data.vertices[vertex].groups]
+    names, bones = dict(enumerate(obj.vertex_groups.keys())), _weighted_bones(obj)  # scripts leave weights of no group
+    parents, places = _parents(obj), _places(obj)
+    carrying = [(each.weight, names.get(each.group)) for each in obj.data.vertices[vertex].groups]
     _weight, bone = max((each for each in carrying if each[1] in bones), default=(0.0, ""))
     place = shape_keys.rest_positions(obj.data)[vertex]
     for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
