@@ -2,11 +2,12 @@
 """Takes shapes of other objects as sliders that turn, and makes shape keys that stand for a rotation-aware mix."""
 
 import bpy
+import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from .. import ids, wording
 from ..errors import SceneError
-from ..scene import shape_keys, subject, vertex_groups
+from ..scene import mesh_arrays, shape_keys, subject, vertex_groups
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from .bridge import mixed_keys, morph_source
@@ -42,7 +43,12 @@ need the same faces"""
         if source is None and self.source:
             raise SceneError(f"There is no object '{self.source}'. Choose another source")
         source = subject.other_mesh(bpy.context, obj, source)
-        morph_source.require_alike(obj, source)
+        here, there = obj.data, source.data
+        has = [f"has {len(mesh.vertices):,} vertices and {len(mesh.polygons):,} faces" for mesh in (there, here)]
+        if has[0] != has[1] or not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
+            raise SceneError(
+                f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. If their faces are not the same, use Wrap"
+            )
         if self.part:
             vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
         shape, is_laid = morph_source.in_place(morph_source.shown_shape(source), obj, source)
@@ -117,6 +123,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
                 raise SceneError(text)
             return text, [f"Removed {wording.counted(removed, 'key')} that stood for a former mix"]
         obj.meanvalue.mix.is_on = False
-        made = wording.counted(len(mixed_keys.make_in_betweens(obj, prepared.bind_input, found)), "in-between key")
+        mixed_keys.make_in_betweens(obj, prepared.bind_input, found)
+        made = wording.counted(len(found.shapes), "in-between key")
         text = f"'{obj.name}' has {made}, within {share:.2%} of the mesh's size, driven by its sliders"
         return text, [] if is_near else [f"That is more than the tolerance. {ADVICE}"]

@@ -81,13 +81,10 @@ def _explanation(failures):
     else:
         problem = "The compiled solver is missing"
     here = ", ".join(f"{label} {value}" for label, value in environment())
-    zips = f"for Blender 4.2 and later one whose name ends in {zip_ending()}, else one with a solver in its lib folder"
-    return f"{problem}. This Blender has {here}. Install the zip made for it: {zips}"
-
-
-def zip_ending():
-    """How the extension's zip for this system is called, as packaging/build_extension.py does."""
+    # As packaging/build_extension.py calls the extension's zip for this system.
     system = {"Darwin": "macos"}.get(platform.system(), platform.system().lower())
     machine = platform.machine().lower()
     processor = {"amd64": "x64", "x86_64": "x64", "aarch64": "arm64"}.get(machine, machine)
-    return f"{system}_{processor}.zip"
+    ending = f"{system}_{processor}.zip"
+    zips = f"for Blender 4.2 and later one whose name ends in {ending}, else one with a solver in its lib folder"
+    return f"{problem}. This Blender has {here}. Install the zip made for it: {zips}"

@@ -43,7 +43,6 @@ def end_all():
 class ModalOperator(Reporting):
     """Mix-in of operators that go on beside the interface. Subclasses define modal()."""
 
-    _is_running = False
     _timer = None
     _object_name, _object_identity = "", None
 
@@ -53,7 +52,6 @@ class ModalOperator(Reporting):
             self._timer = context.window_manager.event_timer_add(tick_seconds, window=context.window)
         context.window_manager.modal_handler_add(self)
         _running.append(self)
-        self._is_running = True
         return {'RUNNING_MODAL'}
 
     def remember_object(self, obj):
@@ -69,10 +67,9 @@ class ModalOperator(Reporting):
 
     def end(self, context):
         """However it ends. Blender keeps the operator: subclasses let go here of what they hold."""
-        if not self._is_running:
+        if self not in _running:
             return
         _running.remove(self)
-        self._is_running = False
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None

@@ -2,8 +2,8 @@
 """What is drawn over the mesh that the artist works on, in 3D Views. Rooms draw it, and may draw lines from the mesh to
 somewhere else."""
 
+import collections
 import traceback
-from dataclasses import dataclass
 
 import bpy
 import gpu
@@ -58,13 +58,8 @@ def unregister():
 LINE_PIXELS = 2.0
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """In object space: ends (2k, 3) float32, two for each line, with colors (2k, 4) float32."""
-
-    ends: np.ndarray
-    colors: np.ndarray
-
+#: In object space: ends (2k, 3) float32, two for each line, with colors (2k, 4) float32.
+Lines = collections.namedtuple("Lines", "ends colors")
 
 NOTHING = Lines(np.empty((0, 3), np.float32), np.empty((0, 4), np.float32))
 

@@ -221,16 +221,12 @@ def vertex_or_image(obj, place):
     copying = {each.type for each in obj.modifiers if each.show_viewport} & COPYING
     if rig_space.is_there(obj):  # the surface is known at rest alone, and Smooth by Angle copies nothing
         copying -= {'NODES'}
-    if copying and not _is_near_a_face(positions, corners, starts, distances):
-        return None
+    if copying:  # what copies a mesh tells nothing of what is a copy: on the mesh a face is as near as it is large
+        ends = positions[corners]
+        extents = np.maximum.reduceat(ends, starts) - np.minimum.reduceat(ends, starts)
+        if not (np.minimum.reduceat(distances[corners], starts) <= np.linalg.norm(extents, axis=1)).any():
+            return None
     return int(distances.argmin()), Matrix(turn.tolist())
-
-
-def _is_near_a_face(positions, corners, starts, distances):
-    """Whether a face is as near as it is large: what copies a mesh tells nothing of what is a copy."""
-    ends = positions[corners]
-    extents = np.maximum.reduceat(ends, starts) - np.minimum.reduceat(ends, starts)
-    return bool((np.minimum.reduceat(distances[corners], starts) <= np.linalg.norm(extents, axis=1)).any())
 
 
 def _is_in(region, event):

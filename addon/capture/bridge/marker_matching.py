@@ -27,6 +27,9 @@ LEAST_PAIRS = 3
 #: A handle that is let go at once would have its skin jump.
 RAMP_SECONDS = 0.08
 
+#: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
+DOUBTFUL, POOR = 1.1, 0.03
+
 
 @dataclass(frozen=True, eq=False)
 class Matched:
@@ -74,7 +77,6 @@ def steps(given):
     sample = int(np.abs(given.standing.frames - options.reference_frame).argmin())
     frame = float(given.standing.frames[sample])
     markers, notes = _chosen(given, frame, path, _reference(given, sample))
-    notes += [*notes_of_frame(given, frame), *notes_of_retargeting(given, markers)]
     yield "aligning", 0.3
     body = Body(surface, given.is_skeleton)
     to_mesh, words = _alignment(given, markers, body)
@@ -97,6 +99,11 @@ def steps(given):
     match = matching.match_to_surface(laid, surface, fixed)
     if options.mode == 'RETARGET':
         yield "retargeting", 0.6
+        if given.picked.isdisjoint(markers.labels):
+            notes.append(
+                "Retarget takes the character's lengths from picked points, and none are picked. Pick the points of "
+                "hips, knees, ankles, shoulders, elbows and wrists, and match again"
+            )
         markers, match = _retargeted(given, markers, match)
     yield "following the skin", 0.7
     found = []
@@ -173,11 +180,24 @@ def _chosen(given, frame, path, reference):
             f"None of {wording.counted(len(seen), 'joint')} has a known place on the body. Choose the Landmark of "
             "hips, knees, ankles, neck, shoulders, elbows and wrists in the list"
         )
-    notes = list(notes_of_left_out(given, [names[row] for row in np.flatnonzero(~kept)]))
+    notes = []
+    if not kept.all():
+        what, why = ("joint", "without a known place") if given.is_skeleton else ("marker", "that nothing shows to be")
+        left_out = [names[row] for row in np.flatnonzero(~kept)]
+        notes.append(
+            f"No handle for {wording.counted(len(left_out), what)} {why} on the body: {wording.quoted(left_out)}. "
+            "Choose a Landmark, or pick the point, of those that should have one"
+        )
     if unseen:
         notes.append(
             f"Not seen in {where}, and without a handle: {wording.quoted(unseen)}. Choose a frame that has them, or "
             "fill longer gaps"
+        )
+    frames, asked = given.standing.frames, given.options.reference_frame
+    if not frames[0] - 1.0 <= asked <= frames[-1] + 1.0:
+        notes.append(
+            f"'{given.standing.name}' has no frame {asked:g}: it goes from {frames[0]:g} to {frames[-1]:g}. "
+            f"Frame {frame:g} was taken as the reference"
         )
     names, seen = [names[row] for row in np.flatnonzero(kept)], np.array(seen)[kept]
     places, path, seated = tuple(given.landmarks[name] for name in names), path[:, seen], reference[seen]
@@ -195,7 +215,22 @@ def _alignment(given, markers, body):
         return motion.IDENTITY, []
     if given.options.align == 'AUTO':
         found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
-        return found.matrix, [*notes_of_limbs(markers, found.scale), *notes_of_alignment(found)]
+        notes, unknown = [], landmarks.unknown_limbs(markers.landmarks)
+        if unknown:
+            known = sum(1 for place in markers.landmarks if place)
+            notes.append(
+                f"Nothing holds {wording.listed(unknown)}, nor tells how they lie: the place on the body is known of "
+                f"{known} of {wording.counted(len(markers.labels), 'marker')}, scaled by {found.scale:.3g}. If there "
+                "are markers of shoulders, elbows, hips and knees, choose their Landmark and match again; else pin "
+                "what should stay"
+            )
+        other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
+        if other or found.quality > POOR:
+            notes.append(
+                f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
+                f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
+            )
+        return found.matrix, notes
     rows = [row for row, label in enumerate(markers.labels) if label in given.fixed]
     picked = markers.reference[rows], given.surface.vertices[[given.fixed[markers.labels[row]] for row in rows]]
     if len(rows) < LEAST_PAIRS or not all(map(point_sets.span_a_plane, picked)):
@@ -232,69 +267,13 @@ def _cuffs(given, markers, match, found, to_object):
     for cuff in (*found, *of_limbs):
         centre, centres = (motion.apply(to_object, points) for points in (cuff.centre, cuff.centres))
         result.append(replace(cuff, centre=centre, radius=scale * cuff.radius, centres=centres))
-    return result, notes_of_cuffs(result, refused)
-
-
-#: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
-DOUBTFUL, POOR = 1.1, 0.03
-
-
-def notes_of_frame(given, frame):
-    """Says so where the take has no frame like the one that was asked for; that one is the nearest."""
-    frames = given.standing.frames
-    if not frames[0] - 1.0 <= given.options.reference_frame <= frames[-1] + 1.0:
-        yield (
-            f"'{given.standing.name}' has no frame {given.options.reference_frame:g}: it goes from {frames[0]:g} to "
-            f"{frames[-1]:g}. Frame {frame:g} was taken as the reference"
-        )
-
-
-def notes_of_retargeting(given, markers):
-    if given.options.mode == 'RETARGET' and given.picked.isdisjoint(markers.labels):
-        yield (
-            "Retarget takes the character's lengths from picked points, and none are picked. Pick the points of hips, "
-            "knees, ankles, shoulders, elbows and wrists, and match again"
-        )
-
-
-def notes_of_left_out(given, names):
-    """Says which markers have no handle, as they are not on the body, or which joints, as their place is not known."""
-    if names:
-        what, why = ("joint", "without a known place") if given.is_skeleton else ("marker", "that nothing shows to be")
-        yield (
-            f"No handle for {wording.counted(len(names), what)} {why} on the body: {wording.quoted(names)}. Choose a "
-            "Landmark, or pick the point, of those that should have one"
-        )
-
-
-def notes_of_limbs(markers, scale):
-    """Says so where no marker is known to be on arms or legs."""
-    unknown = landmarks.unknown_limbs(markers.landmarks)
-    if unknown:
-        known = sum(1 for place in markers.landmarks if place)
-        yield (
-            f"Nothing holds {wording.listed(unknown)}, nor tells how they lie: the place on the body is known of "
-            f"{known} of {wording.counted(len(markers.labels), 'marker')}, scaled by {scale:.3g}. If there are markers "
-            "of shoulders, elbows, hips and knees, choose their Landmark and match again; else pin what should stay"
-        )
-
-
-def notes_of_alignment(found):
-    """Says so where an Alignment may be wrong."""
-    other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
-    if other or found.quality > POOR:
-        yield (
-            f"Two of three markers lie {wording.share(found.quality)} of the height from the skin, scaled by "
-            f"{found.scale:.3g}{other}. If it is wrong, pick three points and align by these"
-        )
-
-
-def notes_of_cuffs(found, refused):
-    """Sentences: which limbs have a cuff, and which have none as their roll is not known."""
-    if found:
-        yield f"{wording.counted(len(found), 'cuff')} around limbs: {wording.listed(cuff.segment for cuff in found)}"
+    told = []
+    if result:
+        around = wording.listed(cuff.segment for cuff in result)
+        told.append(f"{wording.counted(len(result), 'cuff')} around limbs: {around}")
     if refused:
-        yield (
+        told.append(
             f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
             f"{max(refused.values()):.2g} of their distance from the axis ({cuffs.ROLL:.2g} is allowed)"
         )
+    return result, told

@@ -31,8 +31,7 @@ class MEANVALUE_OT_find_marker_problems(TakeOperator, bpy.types.Operator):
     bl_label = "Find Problems"
 
     def run(self, take):
-        longest = _longest_gap(take)
-        count = _list_problems(take, longest)
+        count, longest = _list_problems(take)
         if not count:
             return f"'{take.name}': no jumps, no swapped markers, no gaps over {longest:g} s", []
         first = take.meanvalue.problems[0]
@@ -54,7 +53,7 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
             raise SceneError("No swapped pair is chosen. Press Find Problems and choose one of the list")
         one, other, frame = problem.marker.meanvalue.marker, problem.other.meanvalue.marker, problem.frame
         takes.swap(take, problem.marker, problem.other, frame)
-        _list_problems(take, _longest_gap(take))
+        _list_problems(take)
         return (
             f"'{one}' and '{other}' have changed places from frame {frame:g} on. What is matched already follows after "
             "Match Markers",
@@ -62,9 +61,11 @@ class MEANVALUE_OT_swap_markers(TakeOperator, bpy.types.Operator):
         )
 
 
-def _list_problems(take, longest):
-    """How many problems a take has, gaps of more than `longest` seconds among them. The first MOST are on its list."""
-    recording = takes.read(take)
+def _list_problems(take):
+    """(how many problems a take has, of how many seconds gaps are none: what the mesh that uses it fills). The first
+    MOST are on its list."""
+    recording, obj = takes.read(take), marker_pairs.mesh_of_take(take)
+    longest = 1.0 if obj is None else max(obj.meanvalue.capture.spline_seconds, obj.meanvalue.capture.rigid_seconds)
     found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, take.meanvalue.is_skeleton)
     found = [(each.sample, each.marker, each.words, each.other) for each in found]
     for marker, label in enumerate(recording.labels):
@@ -80,10 +81,4 @@ def _list_problems(take, longest):
         problem.marker = recording.empties[marker]
         problem.other = None if other is None else recording.empties[other]
         problem.frame = recording.frames[sample]
-    return len(found)
-
-
-def _longest_gap(take):
-    """Seconds: what the mesh that uses the take fills."""
-    obj = marker_pairs.mesh_of_take(take)
-    return 1.0 if obj is None else max(obj.meanvalue.capture.spline_seconds, obj.meanvalue.capture.rigid_seconds)
+    return len(found), longest

@@ -31,7 +31,18 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
 
     def _write(self, obj, matched):
         marker_handles.update_handles(obj, matched)
-        notes = [*matched.notes, *_shared(obj, matched)]
+        notes = list(matched.notes)
+        own = {pair.control for pair in marker_pairs.matched(obj)}
+        handles, held = [handle for handle in targets.enabled_handles(obj) if handle.control not in own], {}
+        for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
+            held.update(dict.fromkeys(vertices.tolist(), handle.name))
+        places = zip(matched.names, matched.vertices.tolist(), strict=True)
+        both = {name: held[vertex] for name, vertex in places if vertex in held}
+        if both:
+            notes.append(
+                f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: "
+                "what comes first in the list of handles carries them. Remove or turn off one of the two"
+            )
         try:
             scene_input.gather(obj)
         except SceneError as problem:  # there is more to do before it can be posed
@@ -39,23 +50,6 @@ class MEANVALUE_OT_match_markers(BackgroundOperator, bpy.types.Operator):
         if obj.meanvalue.baked.target:
             notes.append(shape_keys.BAKE_PLAYS)
         return _account(obj, matched), notes
-
-
-def _shared(obj, matched):
-    """Notes on vertices that another handle of the mesh has, too: the first of the list carries them."""
-    own = {pair.control for pair in marker_pairs.matched(obj)}
-    handles = [handle for handle in targets.enabled_handles(obj) if handle.control not in own]
-    held = {}
-    for handle, vertices in zip(handles, members.of(obj, handles), strict=True):
-        held.update(dict.fromkeys(vertices.tolist(), handle.name))
-    places = zip(matched.names, matched.vertices.tolist(), strict=True)
-    both = {name: held[vertex] for name, vertex in places if vertex in held}
-    if not both:
-        return []
-    return [
-        f"{wording.quoted(both)} belong to vertices that {wording.quoted(sorted(set(both.values())))} has too: what "
-        "comes first in the list of handles carries them. Remove or turn off one of the two"
-    ]
 
 
 def _account(obj, matched):

@@ -143,7 +143,6 @@ def make_in_betweens(obj, mix_input, found):
     shape_keys.remove(obj, mix_names(obj))
     names = mix_input.names
     knots = [in_betweens.places(slider.low, slider.high) for slider in mix_input.sliders]
-    made = []
     for each in found.shapes:
         shape = (mix_input.rest + each.offset).astype(np.float32)
         key = shape_keys.add_shape(obj, in_betweens.label(names, knots, each.orders), shape)
@@ -152,8 +151,6 @@ def make_in_betweens(obj, mix_input, found):
         others = [obj.data.shape_keys.key_blocks[names[slider]] for slider in sliders]
         variables = dict(zip(in_betweens.VARIABLES, others, strict=False))
         actions.drive(key, {**variables, ids.MIX_MARK: others[0]}, text)  # the last is not in the expression
-        made.append(key.name)
-    return made
 
 
 def remove_in_betweens(obj):

@@ -11,14 +11,6 @@ from ...scene.core.point_sets import require_finite
 from ..core import grafting
 
 
-def require_alike(obj, source):
-    """@throws SceneError, with both counts, if the faces of the two do not join the same vertices."""
-    here, there = obj.data, source.data
-    has = [f"has {len(mesh.vertices):,} vertices and {len(mesh.polygons):,} faces" for mesh in (there, here)]
-    if has[0] != has[1] or not all(map(np.array_equal, mesh_arrays.faces(here), mesh_arrays.faces(there))):
-        raise SceneError(f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. If their faces are not the same, use Wrap")
-
-
 def shown_shape(source):
     """n x 3 float32: the rest shape of an object with its shape keys as they are set; no modifiers.
 

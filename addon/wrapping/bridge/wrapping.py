@@ -111,16 +111,13 @@ class Wrap:
         facing = np.einsum("kc,kcj->kj", shares, self._normals[given.target_triangles[triangle]])[found]
         facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
         nearest = surface.nearest(points[found], facing, COSINE)[3]
-        found[found] = away[found] <= NEARER * nearest + SLACK * self._edge_lengths(shape)[used[found]]
+        corners = given.triangles
+        lengths, ends = np.linalg.norm(shape[corners] - shape[np.roll(corners, -1, axis=1)], axis=2), corners.ravel()
+        edges = np.bincount(ends, lengths.ravel(), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
+        found[found] = away[found] <= NEARER * nearest + SLACK * edges[used[found]]
         mean = float(away[found].mean()) if found.any() else 0.0
         points[~found] = shape[used[~found]]
         weights = found.astype(np.float64)
         at = np.searchsorted(used, given.picked[np.isin(given.picked, used)])
         points[at], weights[at] = given.points[np.isin(given.picked, used)], 1.0
         return points, weights, mean
-
-    def _edge_lengths(self, shape):
-        """(n,): mean length of an edge of each triangle at a vertex."""
-        corners = self.given.triangles
-        lengths, ends = np.linalg.norm(shape[corners] - shape[np.roll(corners, -1, axis=1)], axis=2), corners.ravel()
-        return np.bincount(ends, lengths.ravel(), len(shape)) / np.maximum(np.bincount(ends, None, len(shape)), 1)
