@@ -51,7 +51,7 @@ need the same faces"""
             )
         if self.part:
             vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
-        shape, is_laid = morph_source.in_place(morph_source.shown_shape(source), obj, source)
+        shape, is_laid = morph_source.in_place(source, obj)
         name = morph_source.add_key(obj, shape, self.name.strip() or source.name, self.value, self.part)
         notes = []
         if is_laid and not self.part:

@@ -5,6 +5,7 @@ Deformers are a cache of what the scene already says: nothing is lost when one i
 a Blender object.
 """
 
+import collections
 import re
 from dataclasses import dataclass
 
@@ -66,12 +67,8 @@ class DeformerCache:
 cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 
 
-@dataclass(frozen=True)
-class Binding:
-    """A native deformer, and sentences on what is unusual about what it is of."""
-
-    deformer: object
-    notes: tuple
+#: A native deformer, and a tuple of sentences on what is unusual about what it is of.
+Binding = collections.namedtuple("Binding", "deformer notes")
 
 
 def cached(bind_input):

@@ -254,7 +254,7 @@ def _retargeted(given, markers, match):
     over = points + usual * given.surface.normals()[match.vertex]
     character = np.where(picked[:, None], over, markers.reference)
     path = retargeting.retarget(markers.path, markers.actor, character, markers.landmarks)
-    return replace(markers, path=path, reference=character), replace(match, offset=character - points)
+    return replace(markers, path=path, reference=character), match._replace(offset=character - points)
 
 
 def _cuffs(given, markers, match, found, to_object):

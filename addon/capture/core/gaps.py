@@ -50,7 +50,15 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
         if end - begin <= longest_spline and _fill_by_spline(positions[:, marker], filled[:, marker], begin, end):
             how[begin:end, marker] = SPLINE
     gaps = [(marker, begin, end) for marker, begin, end in gaps if end - begin <= longest_rigid]
-    _fill_rigidly(filled, how, gaps, distance_variation(positions))
+    variation = distance_variation(positions)
+    for bound in VARIATIONS:  # the best neighbours first: what was filled helps where they are worse
+        near_enough = np.where(variation < bound, variation, np.inf)
+        source, usable = filled.copy(), how != MISSING  # a round does not depend on the order of the gaps
+        for marker, begin, end in (gap for gap in gaps if not usable[gap[1], gap[0]]):
+            values = _carried(source, usable, marker, begin, end, near_enough[marker])
+            if values is not None:
+                filled[begin:end, marker] = values
+                how[begin:end, marker] = RIGID
     return filled, how
 
 
@@ -97,18 +105,6 @@ def _end_slope(path):
     steps = np.arange(1.0, len(good))
     powers = steps[:, None] ** np.arange(1, min(len(good), 3))
     return np.linalg.lstsq(powers, good[1:] - good[0], rcond=None)[0][0]
-
-
-def _fill_rigidly(filled, how, gaps, variation):
-    """Fills what is left of `gaps`, where neighbours are best first: what was filled helps where they are worse."""
-    for bound in VARIATIONS:
-        near_enough = np.where(variation < bound, variation, np.inf)
-        source, usable = filled.copy(), how != MISSING  # a round does not depend on the order of the gaps
-        for marker, begin, end in (gap for gap in gaps if not usable[gap[1], gap[0]]):
-            values = _carried(source, usable, marker, begin, end, near_enough[marker])
-            if values is not None:
-                filled[begin:end, marker] = values
-                how[begin:end, marker] = RIGID
 
 
 def _carried(positions, usable, marker, begin, end, variation):

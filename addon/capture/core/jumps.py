@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Markers that the capturing program took for others: paths that no body moves along."""
 
+import collections
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,27 +23,13 @@ TOGETHER = 0.5
 PARTNERS, AGREEING, LAG = 5, 3, 10
 
 
-@dataclass(frozen=True)
-class Finding:
-    """Something to look at: `kind` is "jump" or "swap"; `sample` is the first wrong one, counted from 0."""
+#: Something to look at: `kind` is "jump" or "swap"; `sample` is the first wrong one, counted from 0; `other` is the
+#: marker it was swapped with, or None.
+Finding = collections.namedtuple("Finding", "kind marker sample words other", defaults=[None])
 
-    kind: str
-    marker: int
-    sample: int
-    words: str
-    other: int | None = None  # the marker it was swapped with, or None
-
-
-@dataclass
-class _Break:
-    """A marker's path does not go on from sample `last` to `first`, the next good one."""
-
-    marker: int
-    last: int
-    first: int
-    place: np.ndarray  # where it is at `first`
-    expected: np.ndarray  # where its speed before leads at `first`
-    before: np.ndarray  # that speed, a sample
+#: A marker's path does not go on to sample `first`: there it is at `place`, and its speed `before`, a sample, leads to
+#: `expected`.
+_Break = collections.namedtuple("_Break", "marker first place expected before")
 
 
 def find_jumps(positions, rate_hz, labels=None, are_joints=False):
@@ -99,7 +85,7 @@ def _breaks(positions, marker, size):
         broken[gaps] = _has_other_neighbours(positions, marker, good[gaps], good[gaps + 1], FREE * size)
     expected = known[:-1] + spans[:, None] * before
     return [
-        _Break(marker, int(good[step]), int(good[step + 1]), known[step + 1], expected[step], before[step])
+        _Break(marker, int(good[step + 1]), known[step + 1], expected[step], before[step])
         for step in np.flatnonzero(broken)
     ]
 

@@ -5,21 +5,13 @@ A landmark is a name ("knee.L"); without its side ("knee") it is in PLACES. A se
 nearly rigid ("thigh.L"), or one that holds two such parts together ("waist", "neck").
 """
 
-from dataclasses import dataclass
+import collections
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Place:
-    """Segments that a landmark belongs to ("*" stands for its side), and its height over that of the standing body.
-
-    Heights are for upright bodies (Drillis and Contini 1966; Winter 2009); None where arms may be anywhere.
-    """
-
-    segments: tuple
-    height: float | None = None
-
+#: Segments that a landmark belongs to ("*" stands for its side), and its height over that of the standing body.
+#: Heights are for upright bodies (Drillis and Contini 1966; Winter 2009); None where arms may be anywhere.
+Place = collections.namedtuple("Place", "segments height", defaults=[None])
 
 #: {landmarks that lie alike: their place}. The hip is the center of the joint: no marker, but found from those of the
 #: pelvis (proportions.py).

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Each marker's place on the mesh: a vertex of its own, where the marker is from it, and where its skin goes."""
 
+import collections
 import itertools
 from dataclasses import dataclass
 
@@ -13,14 +14,9 @@ from . import landmarks as places
 from .gaps import distance_variation
 from .proportions import with_hips
 
-
-@dataclass(frozen=True, eq=False)
-class Match:
-    """Of each of m markers."""
-
-    vertex: np.ndarray  # (m,) the anchor vertex, another one for each marker
-    offset: np.ndarray  # (m, 3) from the anchor vertex to the marker, at rest
-    distance: np.ndarray  # (m,) from the marker to the surface, or to a vertex that was given
+#: Of each of m markers: (m,) the anchor vertex, another one for each; (m, 3) from that to the marker, at rest; (m,) its
+#: distance from the surface, or from a vertex that was given.
+Match = collections.namedtuple("Match", "vertex offset distance")
 
 
 def match_to_surface(markers, surface, fixed=None):

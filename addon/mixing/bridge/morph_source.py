@@ -11,10 +11,12 @@ from ...scene.core.point_sets import require_finite
 from ..core import grafting
 
 
-def shown_shape(source):
-    """n x 3 float32: the rest shape of an object with its shape keys as they are set; no modifiers.
+def in_place(source, obj):
+    """(n x 3: the shape of `source` in the space of `obj`, whether its origin was laid on that of `obj`).
 
-    @throws SceneError.
+    It is the rest shape with the shape keys as they are set and no modifiers, turned and scaled as it is to be seen. It
+    counts where it stands, or as if it stood at the same origin, as one who stands beside does: whichever is nearer to
+    the rest shape. @throws SceneError.
     """
     keys = source.data.shape_keys
     if source.data.is_editmode:
@@ -24,15 +26,7 @@ def shown_shape(source):
     shapes = KeyShapes(**key_reading.parts(source, [key_reading.slider_of(source, key) for key in keys]))
     shape = shapes.mixed([key.value for key in keys])
     require_finite(shape, f"shape of '{source.name}'")
-    return shape.astype(np.float32)
-
-
-def in_place(shape, obj, source):
-    """(n x 3 `shape` of `source` in the space of `obj`, whether its origin was laid on that of `obj`).
-
-    It is turned and scaled as it is to be seen. It counts where it stands, or as if it stood at the same origin, as one
-    who stands beside does: whichever is nearer to the rest shape. @throws SceneError.
-    """
+    shape = shape.astype(np.float32)
     own, other = subject.to_world(obj), subject.to_world(source)
     if motion.same(own, other):
         return shape, False

@@ -111,12 +111,9 @@ class Corrective:
             raise SceneError("The shape keys reach all handles, so there is nothing left for a corrective")
         keys = obj.data.shape_keys
         points = self._held.rest + offset
-        key = key_marks.only(keys, Role.CORRECTIVE)
-        if key is None:
-            key = shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
-            key.slider_min = key_marks.mark(Role.CORRECTIVE)
-        else:
-            key_marks.claim(key)
-            shape_keys.write_positions(obj.data, key, points)
+        key = key_marks.only(keys, Role.CORRECTIVE) or shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
+        key.slider_min = key_marks.mark(Role.CORRECTIVE)
+        key_marks.claim(key)
+        shape_keys.write_positions(obj.data, key, points)
         shape_keys.show_fully(keys, key)
         return key.name
