@@ -136,7 +136,13 @@ def view_under(context, event):
     for area in context.screen.areas if context.screen else ():
         if area.type != "VIEW_3D":
             continue
-        under = [region for region in area.regions if _is_in(region, event)]
+        under = [
+            region
+            for region in area.regions
+            if min(region.width, region.height) > 1
+            and 0 <= event.mouse_x - region.x < region.width
+            and 0 <= event.mouse_y - region.y < region.height
+        ]
         if len(under) == 1 and under[0].type == 'WINDOW' and not area.spaces.active.region_quadviews:
             mouse = event.mouse_x - under[0].x, event.mouse_y - under[0].y
             return under[0], area.spaces.active.region_3d, mouse
@@ -227,8 +233,3 @@ def vertex_or_image(obj, place):
         if not (np.minimum.reduceat(distances[corners], starts) <= np.linalg.norm(extents, axis=1)).any():
             return None
     return int(distances.argmin()), Matrix(turn.tolist())
-
-
-def _is_in(region, event):
-    x, y = event.mouse_x - region.x, event.mouse_y - region.y
-    return min(region.width, region.height) > 1 and 0 <= x < region.width and 0 <= y < region.height

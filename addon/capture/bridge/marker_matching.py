@@ -104,7 +104,14 @@ def steps(given):
                 "Retarget takes the character's lengths from picked points, and none are picked. Pick the points of "
                 "hips, knees, ankles, shoulders, elbows and wrists, and match again"
             )
-        markers, match = _retargeted(given, markers, match)
+        # On the character markers are where they were aligned, but those whose points were picked by hand are over
+        # these, as far off the skin as the others usually are.
+        picked = np.array([label in given.picked for label in markers.labels])
+        usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
+        points = surface.vertices[match.vertex]
+        character = np.where(picked[:, None], points + usual * surface.normals()[match.vertex], laid)
+        moved = retargeting.retarget(path, markers.actor, character, markers.landmarks)
+        markers, match = replace(markers, path=moved, reference=character), match._replace(offset=character - points)
     yield "following the skin", 0.7
     found = []
     if options.keep_floor:
@@ -240,21 +247,6 @@ def _alignment(given, markers, body):
             "list, press Pick Point and click its point on the mesh"
         )
     return alignment.similarity(*picked), []
-
-
-def _retargeted(given, markers, match):
-    """(Markers, Match) with the lengths of the character.
-
-    On it the markers are where they were aligned, but those whose points were picked by hand are over these, as far off
-    the skin as the others usually are.
-    """
-    picked = np.array([label in given.picked for label in markers.labels])
-    usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
-    points = given.surface.vertices[match.vertex]
-    over = points + usual * given.surface.normals()[match.vertex]
-    character = np.where(picked[:, None], over, markers.reference)
-    path = retargeting.retarget(markers.path, markers.actor, character, markers.landmarks)
-    return replace(markers, path=path, reference=character), match._replace(offset=character - points)
 
 
 def _cuffs(given, markers, match, found, to_object):

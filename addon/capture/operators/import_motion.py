@@ -85,7 +85,16 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             scene.frame_end = max(scene.frame_end, math.ceil(end))
             if scene.frame_start == self.start_frame < begin:
                 scene.frame_start = math.ceil(begin)
-        _go_on_with(context, collections)
+        # A mesh that is being worked on stays active and gets the take, if it has none; else the markers are selected.
+        active = pose_objects.of(context.object) or context.object
+        if active is None or active.type != 'MESH':
+            empties = [empty for collection in collections for empty in takes.markers(collection)]
+            selection.choose(empties[0])
+            for empty in empties:
+                if empty.name in context.view_layer.objects:
+                    empty.select_set(True)
+        elif active.meanvalue.capture.take is None:
+            active.meanvalue.capture.take = collections[0]
         for take, collection, times in zip(read, collections, frames, strict=True):
             self.tell(_account(take, collection, times), [])
         return {'FINISHED'}
@@ -136,20 +145,6 @@ def _seen_span(take):
     """(first, last): numbers of the samples that show any marker."""
     seen = take.measured.any(axis=1).nonzero()[0]
     return int(seen[0]), int(seen[-1])
-
-
-def _go_on_with(context, collections):
-    """A mesh that is being worked on stays active and gets the take, if it has none; else the markers are selected."""
-    active = pose_objects.of(context.object) or context.object
-    if active is not None and active.type == 'MESH':
-        if active.meanvalue.capture.take is None:
-            active.meanvalue.capture.take = collections[0]
-        return
-    empties = [empty for collection in collections for empty in takes.markers(collection)]
-    selection.choose(empties[0])
-    for empty in empties:
-        if empty.name in context.view_layer.objects:
-            empty.select_set(True)
 
 
 def _account(take, collection, frames):
