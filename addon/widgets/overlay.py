@@ -86,5 +86,4 @@ def draw_lines(context, obj, lines, end_pixels=0.0):
                 batch_for_shader(ends, 'POINTS', content).draw(ends)
     finally:
         gpu.state.point_size_set(1.0)
-        gpu.state.depth_test_set('NONE')
         gpu.state.blend_set('NONE')

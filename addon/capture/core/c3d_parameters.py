@@ -36,34 +36,27 @@ class Parameters:
     """Values by group and name, decoded when they are asked for."""
 
     def __init__(self, data: bytes, start: int, end: int, numbers: NumberFormat):
-        """Reads what lies in data[start:end]; a damaged entry ends the section, what came before it stays."""
-        self._data = data[: min(end, len(data))]
+        """Reads what lies in data[start:end]; a damaged entry ends the section, what came before it stays. Of one that
+        is there twice the first counts."""
+        self._data = data = data[: min(end, len(data))]
         self._numbers = numbers
         self._entries = {}  # (group number, name) -> (type, dimensions, start of the values)
         self._group_numbers = {}
-        at = start
-        while at is not None:
-            at = self._scan(at)
-
-    def _scan(self, at):
-        """Reads the entry at a byte. Returns where the next one is, or None. Of one that is there twice the first
-        counts."""
-        data = self._data
-        if at + 4 > len(data):
-            return None
-        length, group = self._signed(at), self._signed(at + 1)
-        link = at + 2 + abs(length)  # a negative length locks the entry
-        if length == 0 or group == 0 or link + 2 > len(data):
-            return None
-        name = data[at + 2 : link].decode("latin-1").strip().upper()
-        if group < 0:
-            self._group_numbers.setdefault(name, -group)
-        elif link + 4 <= len(data):
-            dimensions = data[link + 4 : link + 4 + data[link + 3]]
-            entry = self._signed(link + 2), dimensions, link + 4 + len(dimensions)
-            self._entries.setdefault((group, name), entry)
-        step = int(self._numbers.numbers(data, "u2", link, 1)[0])
-        return link + step if step else None
+        at, step = start, 1
+        while step and at + 4 <= len(data):
+            length, group = self._signed(at), self._signed(at + 1)
+            link = at + 2 + abs(length)  # a negative length locks the entry
+            if length == 0 or group == 0 or link + 2 > len(data):
+                break
+            name = data[at + 2 : link].decode("latin-1").strip().upper()
+            if group < 0:
+                self._group_numbers.setdefault(name, -group)
+            elif link + 4 <= len(data):
+                dimensions = data[link + 4 : link + 4 + data[link + 3]]
+                entry = self._signed(link + 2), dimensions, link + 4 + len(dimensions)
+                self._entries.setdefault((group, name), entry)
+            step = int(numbers.numbers(data, "u2", link, 1)[0])
+            at = link + step
 
     def _signed(self, at):
         return int.from_bytes(self._data[at : at + 1], "little", signed=True)

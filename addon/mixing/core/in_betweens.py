@@ -66,7 +66,16 @@ def found(solve, ranges, tolerance, most, common):
         return len(shapes) == most or _height(left) <= ENOUGH * tolerance
 
     while last and not is_enough():
-        bounds, heights = _next_to(last, knots, common), {}
+        bounds, heights = {}, {}  # of orders one higher in one slider than some of the last: what they lack at most
+        for orders, height in last.items():
+            higher = dict(orders)
+            for slider in range(len(knots)) if len(higher) < MOST_SLIDERS else higher:
+                number = higher.get(slider, 0) + 1
+                new = tuple(sorted({**higher, slider: number}.items()))
+                bound = min(height, common([each for each, _ in new]))
+                together = sum(each for _, each in new)
+                if bound > 0.0 and number < MOST and together <= MOST_TOGETHER:
+                    bounds[new] = max(bound, bounds.get(new, 0.0))
         for orders in sorted(bounds, key=bounds.get, reverse=True)[: LOOKED_AT * most]:
             heights[orders] = _height((yield from lacking(orders)))
         for orders in sorted(heights, key=heights.get, reverse=True):
@@ -78,21 +87,6 @@ def found(solve, ranges, tolerance, most, common):
         last = bounds if () in last else {each: high for each, high in heights.items() if high > SMALL * tolerance}
     error = _height(left)
     return Found(tuple(shapes), error) if error < straight else Found((), straight)
-
-
-def _next_to(last, knots, common):
-    """{orders one higher in one slider than some of `last`: what they lack at most}; last: {orders: what those do}."""
-    bounds = {}
-    for orders, height in last.items():
-        higher = dict(orders)
-        for slider in range(len(knots)) if len(higher) < MOST_SLIDERS else higher:
-            number = higher.get(slider, 0) + 1
-            new = tuple(sorted({**higher, slider: number}.items()))
-            bound = min(height, common([each for each, _ in new]))
-            together = sum(each for _, each in new)
-            if bound > 0.0 and number < MOST and together <= MOST_TOGETHER:
-                bounds[new] = max(bound, bounds.get(new, 0.0))
-    return bounds
 
 
 def setting(ranges, number):
