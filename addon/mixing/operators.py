@@ -12,6 +12,7 @@ from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from .bridge import mixed_keys, morph_source
 from .bridge.morphers import InBetweenSearch
+from .core import grafting
 
 
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
@@ -49,10 +50,18 @@ need the same faces"""
             raise SceneError(
                 f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. If their faces are not the same, use Wrap"
             )
-        if self.part:
-            vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
         shape, is_laid = morph_source.in_place(source, obj)
-        name = morph_source.add_key(obj, shape, self.name.strip() or source.name, self.value, self.part)
+        if self.part:  # its border meets that of the mesh
+            vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
+            mask = vertex_groups.weights(obj, [self.part])[self.part]
+            if not mask.any():
+                group = f"The vertex group '{self.part}'"
+                raise SceneError(f"{group} has no vertices with a weight above zero. Assign the part")
+            border = grafting.border(mask, mesh_arrays.edges(obj.data))
+            shape = grafting.placed(shape, shape_keys.rest_positions(obj.data), border)
+        key = shape_keys.add_shape(obj, self.name.strip() or source.name, np.asarray(shape, np.float32))
+        key.vertex_group, key.value = self.part, self.value
+        name = key.name
         notes = []
         if is_laid and not self.part:
             notes.append(f"'{source.name}' stands elsewhere: its origin counts as that of '{obj.name}'")
@@ -66,9 +75,6 @@ need the same faces"""
 
 #: Where the tolerance is not reached.
 ADVICE = "Raise the tolerance, or bake the animation to a point cache"
-
-#: In-between keys that are made at most.
-MOST_KEYS = 60
 
 
 def _problem(obj):
@@ -97,7 +103,7 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
             return None
         mix_input = mixed_keys.gather(obj)
         tolerance = obj.meanvalue.mix.tolerance_share / 100.0 * mix_input.diagonal
-        return InBetweenSearch(mix_input, tolerance, MOST_KEYS)
+        return InBetweenSearch(mix_input, tolerance)
 
     def progress_text(self, stage, share):
         solved = self._prepared.solved if self._prepared is not None else 0

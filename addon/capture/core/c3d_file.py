@@ -31,7 +31,15 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     layout, notes = _find_layout(header, parameters, len(data), file)
     labels = parameters.all_strings("POINT", "LABELS")
     labels = (labels + [""] * layout.points)[: layout.points]
-    positions, rate = _positions(data, numbers, layout), usable_rate(parameters.number("POINT", "RATE"), header.rate)
+    kind, count = "f4" if layout.is_float else "i2", layout.frames * layout.words
+    frames = numbers.numbers(data, kind, layout.start, count).reshape(layout.frames, layout.words)
+    frames = frames[:, : 4 * layout.points].reshape(layout.frames, layout.points, 4)
+    with np.errstate(all="ignore"):  # damaged floats
+        positions = frames[..., :3].astype(np.float64)
+        if not layout.is_float:
+            positions *= layout.scale
+        positions[~(frames[..., 3] >= 0)] = np.nan  # invalid: the fourth word is -1; also where it is NaN
+    rate = usable_rate(parameters.number("POINT", "RATE"), header.rate)
     names = (" ".join(parameters.strings("POINT", name)).strip() for name in ("X_SCREEN", "Y_SCREEN"))
     across, up = (name.upper().lstrip("+") for name in names)  # on the screen of the capture system
     is_told = up in units.UP_AXES and across in units.UP_AXES and up[-1] != across[-1]
@@ -169,17 +177,3 @@ def _field_number(parameters, name):
     if not values or not all(math.isfinite(value) for value in values[:2]):
         return None
     return int(values[0]) + (65536 * values[1] if len(values) > 1 and isinstance(values[1], int) else 0)
-
-
-def _positions(data, numbers, layout):
-    """(f, m, 3) float64 of all points, NaN where they are invalid: where the fourth word of a sample is -1."""
-    kind = "f4" if layout.is_float else "i2"
-    words = numbers.numbers(data, kind, layout.start, layout.frames * layout.words)
-    frames = words.reshape(layout.frames, layout.words)[:, : 4 * layout.points]
-    frames = frames.reshape(layout.frames, layout.points, 4)
-    with np.errstate(all="ignore"):  # damaged floats
-        positions = frames[..., :3].astype(np.float64)
-        if not layout.is_float:
-            positions *= layout.scale
-        positions[~(frames[..., 3] >= 0)] = np.nan  # also where it is NaN
-    return positions

@@ -47,7 +47,13 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     how = np.where(missing, MISSING, MEASURED).astype(np.uint8)
     gaps = [(marker, *run) for marker in range(missing.shape[1]) for run in runs(missing[:, marker]).tolist()]
     for marker, begin, end in gaps:
-        if end - begin <= longest_spline and _fill_by_spline(positions[:, marker], filled[:, marker], begin, end):
+        if end - begin <= longest_spline and begin > 0 and end < len(positions):
+            path = positions[:, marker]
+            before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
+            first, last, span = path[begin - 1], path[end], end - begin + 1
+            t = (np.arange(1, span) / span)[:, None]
+            bends = (t**3 - 2 * t**2 + t) * span * -before + (t**3 - t**2) * span * after
+            filled[begin:end, marker] = first + (3 * t**2 - 2 * t**3) * (last - first) + bends
             how[begin:end, marker] = SPLINE
     gaps = [(marker, begin, end) for marker, begin, end in gaps if end - begin <= longest_rigid]
     variation = distance_variation(positions)
@@ -83,18 +89,6 @@ def distance_variation(positions):
         result[marker, is_neighbour] = np.sqrt(variance[is_neighbour])
     np.fill_diagonal(result, np.inf)
     return result
-
-
-def _fill_by_spline(path, filled, begin, end):
-    """True if samples `begin` to `end` - 1 of a path (f, 3) were filled, by a cubic between its ends."""
-    if begin == 0 or end == len(path):
-        return False
-    before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
-    first, last, span = path[begin - 1], path[end], end - begin + 1
-    t = (np.arange(1, span) / span)[:, None]
-    bends = (t**3 - 2 * t**2 + t) * span * -before + (t**3 - t**2) * span * after
-    filled[begin:end] = first + (3 * t**2 - 2 * t**3) * (last - first) + bends
-    return True
 
 
 def _end_slope(path):

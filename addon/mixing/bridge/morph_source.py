@@ -4,11 +4,10 @@
 import numpy as np
 
 from ...errors import SceneError
-from ...scene import key_reading, mesh_arrays, shape_keys, subject, vertex_groups
+from ...scene import key_reading, shape_keys, subject
 from ...scene.core import motion
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import require_finite
-from ..core import grafting
 
 
 def in_place(source, obj):
@@ -35,20 +34,3 @@ def in_place(source, obj):
     stands, laid = motion.apply(matrix, shape), motion.apply(motion.affine(matrix[:3, :3]), shape)
     is_laid = bool(np.linalg.norm(laid - rest) < np.linalg.norm(stands - rest))
     return laid if is_laid else stands, is_laid
-
-
-def add_key(obj, shape, name, value, group=""):
-    """A shape key of `obj`, with the Basis if that is missing. group: a vertex group that says where it counts.
-
-    A part is placed so that its border meets that of the mesh. Returns the name of the key; the active key stays.
-    """
-    if group:
-        mask = vertex_groups.weights(obj, [group])[group]
-        if not mask.any():
-            raise SceneError(f"The vertex group '{group}' has no vertices with a weight above zero. Assign the part")
-        rest = shape_keys.rest_positions(obj.data)
-        shape = grafting.placed(shape, rest, grafting.border(mask, mesh_arrays.edges(obj.data)))
-    made = shape_keys.add_shape(obj, name, np.asarray(shape, np.float32))
-    made.vertex_group = group
-    made.value = value
-    return made.name

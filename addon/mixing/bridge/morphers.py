@@ -85,14 +85,17 @@ class Mixing:
         raise ChangedMeanwhileError(obj.name)
 
 
+#: In-between keys that are made at most.
+MOST_KEYS = 60
+
+
 class InBetweenSearch(Mixing):
     """Finds the in-between keys. solved: mixes that were solved so far."""
 
-    def __init__(self, mix_input, tolerance, most):
+    def __init__(self, mix_input, tolerance):
         super().__init__(mix_input)
         self.tolerance = tolerance
         self.solved = 0
-        self._most = most
 
     def work(self, execution):
         """Steps (see solver/job.py) to a Found. @throws MeanValueError."""
@@ -105,4 +108,4 @@ class InBetweenSearch(Mixing):
             self.solved += 1
             return mix.positions - mix_input.mixed(values)
 
-        return (yield from in_betweens.found(correction, ranges, self.tolerance, self._most, mix_input.common))
+        return (yield from in_betweens.found(correction, ranges, self.tolerance, MOST_KEYS, mix_input.common))

@@ -57,7 +57,18 @@ class Wrap:
             self.share = (number + 0.5) / (len(STRENGTHS) + 1)
             springs = np.full(len(given.used), strength / len(given.used))
             deformer = yield from self._bind(rest, given.used, springs)
-            shape, away = yield from self._rounds(deformer, shape)
+            last = np.inf
+            for _ in range(ROUNDS):
+                points, weights, away = self._partners(shape)
+                if not weights.any():
+                    raise SceneError(
+                        "No part of the mesh comes near the other one. Pick more pairs of points, or lay one over the "
+                        "other"
+                    )
+                shape = yield from self._solve(deformer, points, weights, shape)
+                if away > (1.0 - GAIN) * last:
+                    break
+                last = away
             flipped = int(np.count_nonzero(Surface(shape, given.triangles).folded() & ~was_folded))
             if best is not None and flipped > best[1]:
                 break
@@ -85,21 +96,6 @@ class Wrap:
             refused=session.REFUSED_POSE,
         )
         return session.finite(solution.vertices, "Pick more pairs of points")
-
-    def _rounds(self, deformer, shape):
-        """Returns (shape, mean distance of the used vertices from their partners)."""
-        last = np.inf
-        for _ in range(ROUNDS):
-            points, weights, away = self._partners(shape)
-            if not weights.any():
-                raise SceneError(
-                    "No part of the mesh comes near the other one. Pick more pairs of points, or lay one over the other"
-                )
-            shape = yield from self._solve(deformer, points, weights, shape)
-            if away > (1.0 - GAIN) * last:
-                break
-            last = away
-        return shape, away
 
     def _partners(self, shape):
         """(points (u, 3), weights (u,), mean distance to them) of the used vertices; picked ones have their own."""
