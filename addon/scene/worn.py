@@ -97,15 +97,13 @@ def forget():
 def find(obj):
     """Lists children of the mesh, meshes on its armature, and selected ones that lie on it. Returns how many are new.
     What is on the armature and does not lie on the mesh is not ticked. What is another file's gets a pose object."""
-    known, rigs = {line.object for line in obj.meanvalue.along}, _rigs(obj)
-    before, surface = len(known), functools.cache(lambda: _surface(obj))
+    known, children = {line.object for line in obj.meanvalue.along}, {*pose_objects.shown(obj).children_recursive}
+    before, surface = len(known), functools.cache(_surface)
     for other in list(bpy.context.scene.objects):
         posed = pose_objects.of(other) or other
         if other.type != 'MESH' or pose_objects.shown(other) != other or posed == obj or posed in known:
             continue
-        is_on_rig, is_child = rigs & _rigs(other), pose_objects.shown(obj) in _parents(other)
-        is_near = is_child or ((is_on_rig or other.select_get()) and _lies_on(obj, surface, other))
-        if is_near or is_on_rig:
+        if (is_near := other in children or _lies_on(obj, surface, other)) or _rigs(obj) & _rigs(other):
             if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
                 posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
@@ -115,16 +113,20 @@ def find(obj):
     return len(known) - before
 
 
+def will_take(obj, other):
+    """Whether the first handle of `obj` takes along `other`, which is smaller: a suit takes no body."""
+    is_first = not (subject.problem_to_begin(obj) or obj.meanvalue.handles or obj.meanvalue.along)
+    is_less = is_first and other.dimensions.length < obj.dimensions.length
+    is_on = is_less and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, _surface, other))
+    return is_on and not (_by_itself(other) if pose_objects.is_foreign(other) else problem(obj, other))
+
+
 def remove_deleted(obj):
     """Takes those off the list that a pointer alone keeps in the file."""
     there = [other for _, other in listed(obj)]
     for index in reversed(range(len(obj.meanvalue.along))):
         if obj.meanvalue.along[index].object not in there:
             obj.meanvalue.along.remove(index)
-
-
-def _parents(obj):
-    return () if obj.parent is None else (obj.parent, *_parents(obj.parent))
 
 
 def _rigs(obj):
@@ -142,10 +144,12 @@ def _surface(obj):
 
 
 def _lies_on(obj, surface, other):
+    if not (_rigs(obj) & _rigs(other) or other.select_get()):
+        return False
     try:
         points = shape_keys.rest_positions(other.data)
         points = motion.apply(to_carrier(obj, other), points[:: 1 + len(points) // SAMPLES])
-        away = surface().nearest(points)[3]
-        return len(away) > 0 and np.median(away) <= NEAR * bounding_box_diagonal(surface().vertices)
+        away = (below := surface(obj)).nearest(points)[3]
+        return len(away) > 0 and np.median(away) <= NEAR * bounding_box_diagonal(below.vertices)
     except MeanValueError:
         return False

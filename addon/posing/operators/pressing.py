@@ -37,19 +37,17 @@ def find_pressed(context, mouse):
     if obj is None:
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     obj = pose_objects.of(obj) or obj
-    below = worn.carrier(obj)
+    below = active if worn.will_take(active, obj) else worn.carrier(obj)
     if below is not None and place is not None and views.is_pressable(below, context):
         place = below.matrix_world.inverted_safe() @ obj.matrix_world @ Vector(place)
         obj, place = below, np.array(place, np.float32)
-    problem = subject.problem_to_begin(obj) or subject.mode_problem(obj)
-    if problem:
+    if problem := subject.problem_to_begin(obj) or subject.mode_problem(obj):
         raise SceneError(f"'{obj.name}' is under the mouse. {problem}, or hide it to reach what is behind it")
     pressed = picking.press(obj, *seen, place)
     if pressed is None:
         raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
-    is_covering = obj != active and is_usable and len(active.meanvalue.handles) > 0
-    is_covering = is_covering and picking.place_under(active, *seen) is not None
-    return obj, pressed, active.name if is_covering else ""
+    is_apart = obj != active and is_usable and len(active.meanvalue.handles) > 0
+    return obj, pressed, active.name if is_apart and picking.place_under(active, *seen) is not None else ""
 
 
 def _control_under(context, obj, region, view, mouse):
@@ -58,11 +56,9 @@ def _control_under(context, obj, region, view, mouse):
     for handle in targets.followed_handles(obj):
         place = Vector(control_places.world_of(handle)[:3, 3])
         seen = view3d_utils.location_3d_to_region_2d(region, view, place)
-        is_hidden = not views.is_visible(handle.control, context.space_data)
-        if seen is None or is_hidden or (seen - Vector(mouse)).length > least:
-            continue
-        least = (seen - Vector(mouse)).length
-        found = picking.Pressed(-1, place, handle.name)
+        away = np.inf if seen is None else (seen - Vector(mouse)).length
+        if away <= least and views.is_visible(handle.control, context.space_data):
+            least, found = away, picking.Pressed(-1, place, handle.name)
     return found
 
 
