@@ -5,17 +5,19 @@ import pathlib
 
 import numpy as np
 
-from addon.capture.core import bvh_file, c3d_file, trc_file
+from addon.capture.core import bvh_file, c3d_file, table_file, trc_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
 from blender_tests.support.mesh_files import DATA
 
-READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
+READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read, ".csv": table_file.read}
 
 METRES = walker.positions(3)
 MILLIMETRES = 1000.0 * walker.with_gaps(METRES, (1, 1, 2))
 MOVES = ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation")
 FIGURE = ("Hips", (0, 0, 0), MOVES, [("Head", (0, 60, 0), MOVES[3:], [(None, (0, 20, 0), (), [])])])
+TABLE = "frame,time,left hip x,left hip y,left hip z,right hip x,right hip y,right hip z,nose_x,nose_y,nose_z"
+TABLE += "\n0,0.00,1.25,2.5,12.0,1,2,3,4,5,6\n1,0.01,,,,4,5,6,7,8,9\n2,0.02,1.5,2.75,12.25,1.5,2.5,3.5,4.5,5.5,6.5\n"
 
 
 def small_files():
@@ -26,6 +28,7 @@ def small_files():
         ("small.c3d", capture_files.c3d(walker.LABELS[:3], MILLIMETRES[:, :3], analog=2, point=outputs)),
         ("small.trc", capture_files.trc(walker.LABELS[:3], MILLIMETRES[:, :3], decimals=2)),
         ("small.bvh", capture_files.bvh(FIGURE, motion)),
+        ("small.csv", TABLE.encode()),
     ]
 
 

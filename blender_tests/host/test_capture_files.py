@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from addon.capture.core import c3d_file, readers, units
+from addon.capture.core import c3d_file, marker_sets, readers, units
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
 from blender_tests.support.capture_files import has_note
@@ -146,6 +146,64 @@ def test_a_seated_person_without_axes_sits_upright(order):
     assert np.abs(take.positions[..., 2] - seated[..., 2]).max() < 1e-6
 
 
+# -- tables, as makers of captures write them, made up ---------------------------------------------------------------
+
+
+def rows(positions, *before, missing="", comma=","):
+    """Lines of numbers; before: functions of the number of the row."""
+    for number, places in enumerate(positions):
+        cells = [missing if np.isnan(value) else f"{value:.6f}" for value in places.ravel()]
+        yield comma.join([*(format(cell(number), ".12g") for cell in before), *cells])
+
+
+GAPS = walker.with_gaps(METRES, (1, 3, 7), (7, 0, 2))
+NAMED = ",".join(f"{label}_{axis}" for label in walker.LABELS for axis in "xyz")
+#: Frames 12, 13, ... of 120 a second, of which every second is written; each marker is there as solved too.
+MOTIVE = "Format Version,1.24,Capture Frame Rate,120.0,Export Frame Rate,60.0,Length Units,Meters\n\n,Type"
+MOTIVE += ",Marker" * 24 + ",Bone Marker" * 24 + "\n,Name," + ",".join(np.repeat([*walker.LABELS] * 2, 3)) + "\n,"
+MOTIVE += ",Position" * 48 + "\nFrame,Time (Seconds)" + ",X,Y,Z" * 16 + "\n"
+MOTIVE += "\n".join(rows(np.hstack([GAPS[..., [1, 2, 0]]] * 2), lambda k: 12 + k, lambda k: 0.2 + k / 60))
+NEXUS = "Devices\n1000\n,,Force,,\nFrame,Sub Frame,Fx,Fy,Fz\n,,N,N,N\n1,0,1,2,3\n\nTrajectories\n60\n,"
+NEXUS += "".join(f",Ann:{name},," for name in walker.LABELS) + f"\nFrame,Sub Frame{',X,Y,Z' * 8}\n,{',mm' * 24}\n"
+OUTPUTS = "\n\nModel Outputs\n60\n,,Ann:LKneeAngles,,\nFrame,Sub Frame,X,Y,Z\n,,deg,deg,deg\n1,0,1,2,3\n"
+QTM = "NO_OF_FRAMES\t20\nFREQUENCY\t60\nMARKER_NAMES\t" + "\t".join(walker.LABELS) + "\n"
+TABLES = {
+    "motive": MOTIVE,
+    "nexus.csv": NEXUS + "\n".join(rows(1000.0 * GAPS, lambda k: k + 1, lambda k: 0)) + OUTPUTS,
+    "qtm.tsv": QTM + "TRAJECTORY_TYPES\tMeasured\n" + "\n".join(rows(1000.0 * GAPS, missing="0.0", comma="\t")),
+    "qtm times.tsv": QTM + "\n".join(rows(1000.0 * GAPS, lambda k: k + 1, lambda k: k / 60, missing="0.0", comma="\t")),
+    "freemocap.csv": "timestamp,timestamp_by_camera,body_" + NAMED.replace(",", ",body_") + ",nose_rotation_x\n"
+    + "\n".join(f'{1e8 + k / 60:.6f},"{{0: 1.5, 1: 1.5}}",{row},9' for k, row in enumerate(rows(1000.0 * GAPS))),
+    "german.csv": "Zeit ms;" + NAMED.replace("_", "_position_").replace(",", " [mm];") + " [mm]\n"
+    + "\n".join(rows(1000.0 * GAPS, lambda k: 1000 * k / 60, comma=";")).replace(".", ","),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_of_makers_are_read_upright_in_metres_in_time(name):
+    take = readers.parse(TABLES[name].encode(), name)
+    assert [label.rpartition(":")[2].removeprefix("body_") for label in take.labels] == [*walker.LABELS]
+    assert take.rate_hz == pytest.approx(60.0, rel=1e-3) and take.start_s == 0.2 * (name == "motive")
+    away = (np.linalg.norm(each - each[0, 0], axis=2) for each in (take.positions, GAPS))
+    assert np.nanmax(np.abs(np.subtract(*away))) < 1e-5
+    assert np.allclose(take.positions[..., 2], GAPS[..., 2], atol=1e-5, equal_nan=True), "up is up"
+
+
+def test_of_motive_bones_are_a_skeleton_and_what_has_no_name_is_no_marker():
+    take = readers.parse(MOTIVE.replace("HEAD", "Unlabeled 7").encode(), "take.csv")
+    assert take.labels == walker.LABELS[1:] and take.left_out["unlabelled points"] == ("Unlabeled 7",)
+    assert readers.parse(MOTIVE.replace("Bone Marker", "Bone").replace("Marker", "Bone").encode(), "b").is_skeleton
+
+
+def test_numbered_points_of_mediapipe_at_uneven_times_are_named_and_brought_to_a_rate():
+    body, times = np.resize(METRES, (20, 33, 3)), np.delete(np.arange(20), [4, 5, 11])
+    head = ",".join(["timestamp_ms", *(f"{axis}{number}" for number in range(33) for axis in "xyz")])
+    take = readers.parse("\n".join([head, *rows(body[times], lambda k: 40 * times[k])]).encode(), "pose.csv", "Z", 1.0)
+    assert None not in marker_sets.recognise(take.labels).landmarks and take.labels[32] == "right_foot_index"
+    assert take.rate_hz == 25.0 and take.frames == 20 and has_note(take, "not evenly spaced")
+    assert np.allclose(take.positions[[*times, 11]], [*body[times], body[[10, 12]].mean(axis=0)], atol=1e-5)
+
+
 # -- what is no take -------------------------------------------------------------------------------------------------
 
 
@@ -154,11 +212,18 @@ def test_files_that_are_none_are_refused_by_name_with_a_remedy(tmp_path):
         ("a.fbx", b"", r"'\.fbx' is not read.*\.c3d, \.trc, \.bvh"),
         ("plain", b"", r"is not read"),
         ("a.c3d", b"", r"no C3D file \(it has 0 bytes"),
-        ("b.C3D", b"HIERARCHY" * 500, "no C3D file"),
+        ("b.C3D", b"HIER" * 500, "no C3D file"),
         ("c.c3d", b"\x09\x50".ljust(2048, b"\0"), "block 9"),
         ("d.c3d", b"\x02\x50".ljust(2048, b"\0"), "number format 0"),
         ("a.trc", b"", "no TRC file"),
         ("a.bvh", b"", "no BVH file"),
+        ("turns.csv", MOTIVE.replace("Position", "Rotation").encode(), "rotations alone, of 8 segments: .*BVH"),
+        ("flat.csv", b"frame,nose_x,nose_y\n0,1,2\n1,1,2\n", "X and Y alone.*TRC"),
+        ("face.csv", b"time,jawOpen\n0,1\n1,2\n", "no part of it is a point.*Import Shape Key Values"),
+        ("word.csv", b"time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,1,gone,3\n", "line 4.*'gone' is no number"),
+        ("quote.csv", b'time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,"1' + b"\n1" * 140000, "no table"),
+        ("pose.json", b"[]", "'.json' is not read"),
+        ("walk.amc", b"#!OML:ASF F:\\a\n:FULLY-SPECIFIED\n", "Acclaim"),
     ):
         path = tmp_path / name
         path.write_bytes(content)

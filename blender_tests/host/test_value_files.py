@@ -152,6 +152,8 @@ def test_files_that_cannot_be_read(tmp_path):
     for path in (tmp_path / "take.fbx", tmp_path / "gone.csv", tmp_path / "folder.csv"):
         with pytest.raises(MotionFileError, match=path.name):
             value_files.read(path)
+    with pytest.raises(MotionFileError, match="Use Import Motion Capture"):
+        value_files.parse(b"Format Version,1.23\n", "take.csv")
 
 
 def test_names_are_matched_without_case_and_separators():

@@ -107,7 +107,8 @@ MARKERS = _by_name({
 # names that mean one joint beside some names and another beside others, the first joint counts that no other has.
 JOINTS = _by_name({
     "pelvis.joint": "Hips Pelvis root Hip Root_M", "head.top": "HeadTop_End Head_end HeadVertex",
-    "spine": "Spine spine05 L5 LowerBack Abdomen Waist", "neck.joint": "Neck neck01 neck1 Neck_M neckLower spine.004",
+    "spine": "Spine spine05 L5 LowerBack Abdomen Waist Ab",
+    "neck.joint": "Neck neck01 neck1 Neck_M neckLower lowerNeck spine.004",
     "spine.2": "Spine1 spine04 L3 Chest", "spine.5": "Spine4 spine01 Chest4", "head.joint": "Head Head_M spine.006",
     "spine.3": "Spine2 spine03 T12 Chest2", "spine.4": "Spine3 spine02 T8 Thorax Chest3", "toe.tip.L": "Toe_L_end",
     "toe.tip.R": "Toe_R_end",
@@ -124,11 +125,21 @@ JOINTS = _by_name({
 
 # What is found in videos: COCO, Halpe, OpenPose, MediaPipe, depth cameras.
 POSE_ESTIMATORS = JOINTS | _by_name(
-    {"head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hip_Center Hips_Center", "spine.2": "SpineMid",
-     "spine.3": "Thorax SpineShoulder Spine_Chest Trunk_Center", "neck.joint": "Neck Neck_Center Shoulder_Center"},
+    {"head.front": "Nose", "pelvis.joint": "Hip MidHip CHip SpineBase Hip_Center Hips_Center",
+     "spine.2": "SpineMid Spine_Navel", "spine.3": "Thorax SpineShoulder Spine_Chest Trunk_Center",
+     "neck.joint": "Neck Neck_Center Shoulder_Center"},
     {"head.front": "Eye", "head.side": "Ear", "toe.tip": "BigToe FootIndex", "toe.little": "SmallToe", "heel": "Heel",
-     "head.front.2": "Mouth", "hand.joint": "Index", "hand.2": "Pinky", "hand.thumb": "Thumb"},
+     "head.front.2": "EyeInner", "head.front.3": "EyeOuter", "head.front.4": "Mouth", "hand.joint": "Index",
+     "hand.2": "Pinky", "hand.thumb": "Thumb"},
 )  # fmt: skip
+
+#: The points of MediaPipe in its order, which some write by number.
+MEDIAPIPE = (
+    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer left_ear right_ear "
+    "mouth_left mouth_right left_shoulder right_shoulder left_elbow right_elbow left_wrist right_wrist left_pinky "
+    "right_pinky left_index right_index left_thumb right_thumb left_hip right_hip left_knee right_knee left_ankle "
+    "right_ankle left_heel right_heel left_foot_index right_foot_index"
+)
 
 BUILT_IN = (MARKERS, JOINTS, POSE_ESTIMATORS)
 

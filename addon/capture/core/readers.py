@@ -3,43 +3,65 @@
 
 import os
 import pathlib
+import re
 
 from ...errors import MotionFileError
-from . import bvh_file, c3d_file, trc_file
+from . import bvh_file, c3d_file, table_file, trc_file
 from .recording import Take
+from .text_lines import decoded
 
 _READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
+_READERS |= dict.fromkeys((".csv", ".tsv", ".txt"), table_file.read)
 
-#: What `read()` knows, by the file's suffix in lower case.
+#: The suffixes of files that are known; what is in a file counts.
 SUFFIXES = tuple(_READERS)
+_BEGINS = {r"\s*HIERARCHY": ".bvh", r"\s*PathFileType": ".trc", r"[\2-\x7f]P[^\0]{0,500}\0": ".c3d"}
+_FOREIGN = {
+    "Kaydara FBX|; ?FBX|glTF": "a scene, for Blender's own importers",
+    "PK\3\4": "a workbook or an archive",
+    r"\x93NUMPY|\x80[\2-\5]": "an archive of Python",
+    r"\s*<(?!<)": "XML",
+    r"(#.*\n\s*)*:(version|FULLY)": "an Acclaim skeleton or motion",
+}
 
 
 def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
-    """The markers in a C3D, TRC or BVH file, as a Take.
+    """The markers in a motion capture file, as a Take: C3D, TRC, BVH, or points by name in CSV or TSV.
 
     `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: meters for
     one unit of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the
     notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
-    return read_by(_READERS, path, up_axis, unit)
+    return read_by(parse, SUFFIXES, path, up_axis, unit)
 
 
-def read_by(readers, path, *options):
-    """What the one of readers, {suffix: function of (bytes, name, *options)}, for the suffix of a file makes of it.
+def parse(data, file, up_axis=None, unit=None):
+    """As read(), of bytes: their beginning tells the format, else the suffix of the name `file`."""
+    suffix = format_of(data) or pathlib.Path(file).suffix.lower()
+    if suffix not in _READERS and (not data.strip() or b"\0" in data[:4096] or suffix.startswith(".json")):
+        raise MotionFileError(f"{file}: what ends in '{suffix}' is not read. Export it as one of {', '.join(SUFFIXES)}")
+    return _READERS.get(suffix, table_file.read)(data, file, up_axis, unit)
 
-    Raises as read().
-    """
-    path, wanted = pathlib.Path(path), f"one of {', '.join(readers)}"
-    reader = readers.get(path.suffix.lower())
+
+def format_of(data):
+    """The suffix of what begins as no other format does, else None."""
+    return next((suffix for pattern, suffix in _BEGINS.items() if re.match(pattern, decoded(data[:4096]))), None)
+
+
+def read_by(parse, suffixes, path, *options):
+    """What parse(bytes, name, *options) makes of a file; suffixes: of files to choose. Raises as read()."""
+    path, wanted = pathlib.Path(path), f"one of {', '.join(suffixes)}"
     try:
         if path.is_dir():
             raise MotionFileError(f"{path}: this is a folder. Choose a file in it: {wanted}")
-        if reader is None:
-            raise MotionFileError(f"{path.name}: what ends in '{path.suffix}' is not read. Export it as {wanted}")
         if not path.is_file():  # a pipe or a device would never end
             raise MotionFileError(f"{path}: there is no such file. Choose {wanted}")
-        return reader(path.read_bytes(), path.name, *options)
+        data = path.read_bytes()
+        for pattern, what in _FOREIGN.items():
+            if re.match(pattern, decoded(data[:4096])):
+                raise MotionFileError(f"{path.name}: this is {what}, and is not read. Export it as {wanted}")
+        return parse(data, path.name, *options)
     except OSError as error:
         raise MotionFileError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions") from None
     except MemoryError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads files of shape values by name, as recorders of faces write them: CSV, and JSON in any order of its parts.
+"""Reads files of shape values by name, as recorders of faces write them: tables, and JSON in any order of its parts.
 
 Either becomes records, {name: cell} of a frame each; value_columns.py makes values and times of these.
 """
@@ -10,10 +10,11 @@ import functools
 import json
 import re
 
-from ...capture.core.readers import read_by
+from ...capture.core.readers import format_of, read_by
 from ...capture.core.text_lines import REMEDY, Lines, decoded, number_in, quoted
+from ...capture.core.time_columns import folded, number
 from ...errors import MotionFileError
-from .value_columns import folded, made, number
+from .value_columns import made
 
 WANTED_CSV = "Give it a first line of names (time,jawOpen,browInnerUp) and a line of numbers for each frame"
 WANTED_JSON = 'Give it [{"time": 0.0, "jawOpen": 0.2}, ...], one a line, or {"fps": 60, "jawOpen": [0.2, ...]}'
@@ -22,13 +23,22 @@ WANTED_JSON = 'Give it [{"time": 0.0, "jawOpen": 0.2}, ...], one a line, or {"fp
 LABEL, SCORES = re.compile("name|shape|label|key|^k$"), {"score", "value", "weight", "values", "v"}
 RATE, LARGEST_RATE = re.compile("fps|persecond|^(frame|sampl[a-z]+|recording|capture)?rate$"), 1000.0
 
+SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".jsonl", ".ndjson")
+
 
 def read(path, rate_hz=None):
     """The RecordedValues of a file. rate_hz: frames a second of the recording; None: as the file tells.
 
     @throws MotionFileError with the file's name, the line and a remedy.
     """
-    return read_by(PARSERS, path, rate_hz)
+    return read_by(parse, SUFFIXES, path, rate_hz)
+
+
+def parse(data, file, rate_hz=None):
+    """As read(), of bytes: their beginning tells the format."""
+    if format_of(data) or data.startswith(b"Format Version"):
+        raise MotionFileError(f"{file}: this is motion capture of a body. Use Import Motion Capture for it")
+    return (parse_json if re.match(r"\s*[\[{]", decoded(data[:4096])) else parse_csv)(data, file, rate_hz)
 
 
 def parse_csv(data, file, rate_hz=None):
@@ -78,10 +88,6 @@ def parse_json(data, file, rate_hz=None):
     except (RecursionError, ValueError):  # also for an integer without end
         refuse("it is no list of frames")
     return made([records[row] for row in range(max(records, default=-1) + 1)], rate_hz, refuse)
-
-
-PARSERS = dict.fromkeys((".csv", ".tsv", ".txt"), parse_csv) | dict.fromkeys((".json", ".jsonl", ".ndjson"), parse_json)
-SUFFIXES = tuple(PARSERS)
 
 
 def _header(lines):
