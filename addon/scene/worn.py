@@ -96,14 +96,16 @@ def forget():
 
 def find(obj):
     """Lists children of the mesh, meshes on its armature, and selected ones that lie on it. Returns how many are new.
-    What is on the armature and does not lie on the mesh is not ticked. What is another file's gets a pose object."""
+    What is on the armature and does not lie on the mesh, or is more of the body than that, is not ticked. What is
+    another file's gets a pose object."""
     known, children = {line.object for line in obj.meanvalue.along}, {*pose_objects.shown(obj).children_recursive}
     before, surface = len(known), functools.cache(_surface)
     for other in list(bpy.context.scene.objects):
         posed = pose_objects.of(other) or other
         if other.type != 'MESH' or pose_objects.shown(other) != other or posed == obj or posed in known:
             continue
-        if (is_near := other in children or _lies_on(obj, surface, other)) or _rigs(obj) & _rigs(other):
+        is_near = other in children or (_is_less(other, obj) and _lies_on(obj, surface, other))
+        if is_near or _rigs(obj) & _rigs(other):
             if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
                 posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
@@ -113,12 +115,32 @@ def find(obj):
     return len(known) - before
 
 
-def will_take(obj, other):
-    """Whether the first handle of `obj` takes along `other`, which is smaller: a suit takes no body."""
-    is_first = not (subject.problem_to_begin(obj) or obj.meanvalue.handles or obj.meanvalue.along)
-    is_less = is_first and other.dimensions.length < obj.dimensions.length
+def body_of(other, active):
+    """The mesh object whose first handle takes `other` along: `active`, or else the one that is most of the body; None
+    where there is none, or other has handles."""
+    meshes = [each for each in bpy.context.scene.objects if each.type == 'MESH' and pose_objects.shown(each) == each]
+    meshes = [each for each in meshes if _rigs(each) & _rigs(other) or each == other.parent]
+    meshes.sort(key=lambda each: _share(each, other))
+    wearers = filter(None, (active, *reversed(meshes)))
+    return next((each for each in wearers if _will_take(each, other)), None)
+
+
+def _will_take(obj, other):
+    is_first = obj != other and not (subject.problem_to_begin(obj) or obj.meanvalue.handles or obj.meanvalue.along)
+    is_less = is_first and _is_less(other, obj)
     is_on = is_less and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, _surface, other))
     return is_on and not (_by_itself(other) if pose_objects.is_foreign(other) else problem(obj, other))
+
+
+def _is_less(other, obj):
+    """Whether `other` is less of the body: a suit takes no body along."""
+    return _share(other, obj) < _share(obj, other)
+
+
+def _share(obj, other):
+    """How many bones of the armatures of both move `obj`; its size in the world."""
+    bones = {bone.name for rig in _rigs(obj) & _rigs(other) for bone in rig.data.bones}
+    return sum(group.name in bones for group in obj.vertex_groups), obj.dimensions.length
 
 
 def remove_deleted(obj):

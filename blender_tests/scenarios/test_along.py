@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from support import baking, handles, meshes, steps
+from support import armatures, baking, handles, meshes, steps
 from support.handles import rest, shown, update
 
 SAME, FAR = Matrix(), Matrix.Translation((30.0, -9.0, 4.0)) @ Matrix.Scale(0.01, 4)
@@ -52,6 +52,24 @@ def test_it_goes_along_wherever_its_own_space_is():
     for sleeve, bent, button, carried in found:
         assert np.abs(bent - sleeve).max() > 1.0 and np.abs(carried - button).max(axis=1).min() > 0.5
         assert max(np.abs(bent - found[0][1]).max(), np.abs(carried - found[0][3]).max()) < 1e-3
+
+
+def test_the_body_takes_a_suit_along_and_no_suit_the_body(part):
+    rig = armatures.make(Upper=((0.0, 0.0, 10.0), (0.0, 0.0, 5.0)), Lower=((0.0, 0.0, 5.0), (0.0, 0.0, 0.0)))
+    body, suit = meshes.tube(handles.RINGS, handles.SEGMENTS, "Body"), meshes.tube(4, handles.SEGMENTS, "Suit")
+    suit.scale = (1.1, 1.1, 9.0)  # larger than the body, but of fewer bones
+    for obj, bones in ((body, ("Upper", "Lower")), (suit, ("Upper",))):
+        steps.add_weights(obj, bones[0], np.ones(len(obj.data.vertices)))
+        obj.vertex_groups.new(name=bones[-1]) if len(bones) > 1 else None
+        obj.modifiers.new("Armature", 'ARMATURE').object = rig
+    update()
+    worn = part("scene.worn")
+    assert [worn.body_of(*each) for each in ((suit, suit), (suit, None), (body, suit))] == [body, body, None]
+    for obj, other, is_taken in ((suit, body, False), (body, suit, True)):
+        worn.find(obj)
+        assert [(line.object, line.is_taken) for line in obj.meanvalue.along] == [(other, is_taken)]
+        obj.meanvalue.along.clear()
+        worn.forget()
 
 
 def test_what_follows_by_itself_and_what_must_not_be_written_is_left_alone(part):

@@ -37,7 +37,7 @@ def find_pressed(context, mouse):
     if obj is None:
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     obj = pose_objects.of(obj) or obj
-    below = active if worn.will_take(active, obj) else worn.carrier(obj)
+    below = worn.carrier(obj) or worn.body_of(obj, active)
     if below is not None and place is not None and views.is_pressable(below, context):
         place = below.matrix_world.inverted_safe() @ obj.matrix_world @ Vector(place)
         obj, place = below, np.array(place, np.float32)
