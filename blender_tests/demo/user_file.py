@@ -69,7 +69,7 @@ def companions(obj):
 
 
 def hide_what_would_stay_behind(subject):
-    """Companions that are near to what the pose moves, such as a sleeve, leave the picture."""
+    """Companions that are near to what the pose moves and do not go along leave the picture."""
     before, after = (photograph.posed_points(subject.obj, value) for value in (0.0, 1.0))
     size = np.linalg.norm(np.ptp(before, axis=0))
     moved = before[np.linalg.norm(after - before, axis=1) > NEAR * size]
@@ -78,6 +78,9 @@ def hide_what_would_stay_behind(subject):
         tree.insert(point, index)
     tree.balance()
     for other in subject.companions:
+        keys = other.data.shape_keys
+        if keys is not None and other.meanvalue.result_key in keys.key_blocks:
+            continue  # goes along
         near = (tree.find(point)[2] for point in pose.seen_in_world(other))
         other.hide_render = other.hide_viewport = any(each is not None and each < NEAR * size for each in near)
         if other.hide_render:

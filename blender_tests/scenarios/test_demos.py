@@ -137,7 +137,7 @@ def test_the_octopus_follows_its_control_when_it_is_opened(part, tmp_path):
 
 @pytest.mark.parametrize("ending", [".glb", ".vrm"])
 def test_a_game_character_is_posed_whole_with_rig_and_texture(tmp_path, monkeypatch, ending):
-    """Its sleeve would stay behind and is hidden; its shoe is not."""
+    """Its glove goes along. Its sleeve, which shares a mesh, would stay behind and is hidden; its shoe is not."""
     monkeypatch.setattr(game_figure, "SPACING", 0.05)
     game_figure.write(tmp_path / "figure.glb")
     path = (tmp_path / "figure.glb").rename(tmp_path / f"figure{ending}")
@@ -146,10 +146,11 @@ def test_a_game_character_is_posed_whole_with_rig_and_texture(tmp_path, monkeypa
     user_file.load(options)
     body, rig = (next(each for each in bpy.data.objects if each.type == kind) for kind in ('MESH', 'ARMATURE'))
     assert body.material_slots[0].material.node_tree.nodes.get("Image Texture").image
-    for name, place in (("Sleeve", (0.6, 0.0, 1.4)), ("Shoe", (0.1, -0.1, 0.02))):
+    for name, place in (("Glove", (0.6, 0.0, 1.4)), ("Sleeve", (0.6, 0.0, 1.4)), ("Shoe", (0.1, -0.1, 0.02))):
         worn = meshes.grid(name=name, columns=2, rows=2)
         worn.scale, worn.location = (0.02,) * 3, place
         worn.modifiers.new("Armature", 'ARMATURE').object = rig
+    bpy.data.objects["Shoe"].copy().data = bpy.data.objects["Sleeve"].data
     monkeypatch.setattr(user_file, "load", lambda _options: body)
     subject = user_file.user_subject(options)
     pose.pose_by_operators(subject)
@@ -161,7 +162,7 @@ def test_a_game_character_is_posed_whole_with_rig_and_texture(tmp_path, monkeypa
     first = np.unique(number, return_index=True)[1][number.reshape(-1)]
     assert np.abs(shown - shown[first]).max() < 1e-4 * size
     user_file.hide_what_would_stay_behind(subject)
-    assert [each.hide_render for each in map(bpy.data.objects.get, ("Sleeve", "Shoe"))] == [True, False]
+    assert [bpy.data.objects[each].hide_render for each in ("Glove", "Sleeve", "Shoe")] == [False, True, False]
 
 
 # -- example -----------------------------------------------------------------------------------------------------------
