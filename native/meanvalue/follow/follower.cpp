@@ -44,9 +44,9 @@ Triangles Follower::Bound::join(const FollowBinding& binding, const Execution& e
     const Triangles& faces = *binding.faces;
     carrier_count = static_cast<Index>(binding.carrier_vertices->rows());
     const std::vector<Index> corners(faces.data(), faces.data() + faces.size());
-    std::vector<Index> starts;
+    std::vector<Index> starts(static_cast<std::size_t>(faces.rows()));
     for (Index f = 0; f < faces.rows(); ++f)
-        starts.push_back(3 * f);
+        starts[f] = 3 * f;
     const std::vector<Index> first = first_of_seams(*binding.vertices, corners, starts, 0.0, execution);
     places.resize(first.size());
     std::vector<Index> kept;
