@@ -191,6 +191,7 @@ class Finder {
     LoosePatch patch_of(const Contacts& contacts, const CarrierSurface& carrier) const {
         const auto patch = [&](const std::map<Index, double>& weights) {
             std::vector<std::pair<double, Index>> weighted;
+            weighted.reserve(weights.size());
             for (const auto& [v, weight] : weights)
                 weighted.emplace_back(weight, v);
             return SurfacePatch(weighted, rest_.data());
