@@ -32,7 +32,8 @@ class MEANVALUE_PT_along(PosingPart, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return super().poll(context) and worn.carrier(subject.of(context)) is None
+        is_alone = len(bpy.data.meshes) == 1  # the tab is long
+        return super().poll(context) and not is_alone and worn.carrier(subject.of(context)) is None
 
     def draw_header_preset(self, context):
         count, alone = len(worn.taken(subject.of(context))), len(along.problems(subject.of(context)))
