@@ -48,7 +48,7 @@ def handle_at(obj, vertex):
     below it on clothes; None if none has."""
     first, handles = kept.copies(obj), obj.meanvalue.handles[:]
     held = members.of(obj, handles)
-    for pressed in (vertex, region.Surface(obj, [vertex]).meant()) if handles else ():
+    for pressed in (vertex, region.Surface(obj, [vertex], is_pressed=True).seed) if handles else ():
         copies = [pressed] if first is None else np.flatnonzero(first == first[pressed])
         for number, handle in enumerate(handles):
             if targets.is_taking_part(handle) and np.isin(copies, held[number]).any():
@@ -60,13 +60,12 @@ def near_vertices(obj, vertex, size):
     """Indices, int32, of what a handle of that Size holds at `vertex` or, on clothes, below it: what is near over the
     surface, on all layers, and in no other handle. What is worn there and pieces that lie completely within Size go
     along without being held."""
-    vertex = region.Surface(obj, [vertex]).meant()
-    surface = region.Surface(obj, [vertex])
+    surface = region.Surface(obj, [vertex], is_pressed=True)
     below, reach = surface.below(), size * surface.diagonal
     distances = surface.distances(reach, region.HANDLE_SHARE)
     near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
-    return near[(near == vertex) | ~np.isin(near, held) & ((below[near] < 0) | (below[vertex] >= 0))]
+    return near[(near == surface.seed) | ~np.isin(near, held) & ((below[near] < 0) | (below[surface.seed] >= 0))]
 
 
 def toggle_pin(obj, vertex, size, name=""):

@@ -71,21 +71,20 @@ class Surface:
     """The mesh over which regions grow from the vertices `seeds`: its rest shape, of that `diagonal`, copies merged.
 
     Distances go over edges, and over to another piece of the mesh where two touch or nearly touch, as clothes do.
+    is_pressed: what is worn and lies close stands for what is below it, which is the seed then.
     """
 
-    def __init__(self, obj, seeds):
-        self._first, (self._ways, self.diagonal, self._below, self._gaps) = _ways(obj)
+    def __init__(self, obj, seeds, is_pressed=False):
+        self._first, (self._ways, self.diagonal, self._below, gaps) = _ways(obj)
         held = np.concatenate([seeds, *members.of(obj, [each for each in obj.meanvalue.handles if each.is_enabled])])
-        self._seeds, self._held = (of if self._first is None else self._first[of] for of in (np.asarray(seeds), held))
+        held = held if self._first is None else self._first[held]
+        if is_pressed:
+            held[0] = self._below[held[0]] if gaps[held[0]] <= CLOSE * self.diagonal else held[0]
+        self._seeds, self._held, self.seed = held[: len(seeds)], held, int(held[0])
 
     def below(self):
         """n int32: for each vertex of what is worn, one of the piece that wears it, about the nearest; -1 elsewhere."""
         return self._of_mesh(self._below)
-
-    def meant(self):
-        """The first seed, or what is below it where it is pressed on what is worn and lies close."""
-        seed = self._seeds[0]
-        return int(self._below[seed] if self._gaps[seed] <= CLOSE * self.diagonal else seed)
 
     def distances(self, limit, share=1.0):
         """n float64: how far each vertex is from the seeds, over the rest shape, as long as that is within a share of
@@ -104,7 +103,7 @@ class Surface:
     def limb(self, least):
         """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is
         none of at least such a length."""
-        return self._ways.limb(int(self._seeds[0]), least, LONGEST_LIMB * self.diagonal) / self.diagonal
+        return self._ways.limb(self.seed, least, LONGEST_LIMB * self.diagonal) / self.diagonal
 
     def _of_mesh(self, values):
         """Values of the merged vertices, given to all copies of each."""

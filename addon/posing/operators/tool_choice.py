@@ -52,11 +52,10 @@ def size_at(context, obj, pressed):
         return settings(context).size
     shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
-    vertex = region.Surface(obj, [pressed.vertex]).meant()
-    surface = region.Surface(obj, [vertex])
+    surface = region.Surface(obj, [pressed.vertex], is_pressed=True)
     found = surface.limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
     whole = (1.0 - region.HANDLE_SHARE) * surface.diagonal
-    return limbs.up_to_body(obj, vertex, found * whole) / whole
+    return limbs.up_to_body(obj, surface.seed, found * whole) / whole
 
 
 def choose(context):
@@ -186,7 +185,7 @@ def _find(context, mouse):
         if pressed is None or new_handles.handle_at(obj, pressed.vertex) is not None:
             return None
         size = size_at(context, obj, pressed)
-        surface = region.Surface(obj, [region.Surface(obj, [pressed.vertex]).meant()])
+        surface = region.Surface(obj, [pressed.vertex], is_pressed=True)
         freedom = surface.falloff(size * surface.diagonal, region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
