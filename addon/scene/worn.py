@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects go along with a mesh that is posed (`along` of its settings), and why others do not."""
 
-import functools
-
 import bpy
 import numpy as np
 
 from .. import compat
 from ..errors import MeanValueError
-from . import actions, mesh_arrays, pose_object_making, pose_objects, shape_keys, subject
+from ..solver import native_loader
+from . import actions, kept, mesh_arrays, pose_object_making, pose_objects, shape_keys, subject
 from .core import motion
-from .core.point_sets import bounding_box_diagonal
-from .surface import Surface
+from .core.point_sets import bounding_box_diagonal, require_finite
 
 #: Of what lies on a mesh half is so near to it, as a share of the mesh's size; so many vertices tell.
 NEAR, SAMPLES = 0.2, 500
@@ -99,12 +97,12 @@ def find(obj):
     What is on the armature and does not lie on the mesh, or is more of the body than that, is not ticked. What is
     another file's gets a pose object."""
     known, children = {line.object for line in obj.meanvalue.along}, {*pose_objects.shown(obj).children_recursive}
-    before, surface = len(known), functools.cache(_surface)
+    before = len(known)
     for other in list(bpy.context.scene.objects):
         posed = pose_objects.of(other) or other
         if other.type != 'MESH' or pose_objects.shown(other) != other or posed == obj or posed in known:
             continue
-        is_near = other in children or (_is_less(other, obj) and _lies_on(obj, surface, other))
+        is_near = other in children or (_is_less(other, obj) and _lies_on(obj, other))
         if is_near or _rigs(obj) & _rigs(other):
             if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
                 posed = pose_object_making.make(other)
@@ -128,7 +126,7 @@ def body_of(other, active):
 def _will_take(obj, other):
     is_first = obj != other and not (subject.problem_to_begin(obj) or obj.meanvalue.handles or obj.meanvalue.along)
     is_less = is_first and _is_less(other, obj)
-    is_on = is_less and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, _surface, other))
+    is_on = is_less and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, other))
     return is_on and not (_by_itself(other) if pose_objects.is_foreign(other) else problem(obj, other))
 
 
@@ -161,17 +159,24 @@ def to_carrier(obj, other):
 
 
 def _surface(obj):
+    """(meanvalue.Surface of the rest shape, its size), kept: a first press and its handle ask for it."""
     rest = shape_keys.rest_positions(obj.data)
-    return Surface(rest, mesh_arrays.triangles(obj.data, rest))
+
+    def make():
+        require_finite(rest, f"rest shape of '{obj.name}'")
+        return native_loader.module().Surface(rest, mesh_arrays.triangles(obj.data, rest)), bounding_box_diagonal(rest)
+
+    return kept.of(obj.data, "surface", make, rest)
 
 
-def _lies_on(obj, surface, other):
+def _lies_on(obj, other):
     if not (_rigs(obj) & _rigs(other) or other.select_get()):
         return False
     try:
         points = shape_keys.rest_positions(other.data)
         points = motion.apply(to_carrier(obj, other), points[:: 1 + len(points) // SAMPLES])
-        away = (below := surface(obj)).nearest(points)[3]
-        return len(away) > 0 and np.median(away) <= NEAR * bounding_box_diagonal(below.vertices)
+        surface, size = _surface(obj)
+        away = surface.nearest(points)[2]
+        return len(away) > 0 and np.median(away) <= NEAR * size
     except MeanValueError:
         return False
