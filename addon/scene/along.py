@@ -160,7 +160,7 @@ def problems(obj):
 
 def is_behind(obj, shape):
     """Whether anything that goes along does not show the pose, n x 3 `shape` as it was handed to pose() last."""
-    taken = worn.taken(obj) if len(obj.meanvalue.along) else []
+    taken = worn.taken(obj)
     return bool(taken) and not _is_shown(obj, taken, shape)
 
 
@@ -180,7 +180,7 @@ def _stamp(taken):
 
 def pose(obj, shape, makes_keys=True):
     """The mesh has the pose n x 3 `shape` now: so has all that goes along, which may need keys that are not there."""
-    taken = worn.taken(obj) if len(obj.meanvalue.along) else []
+    taken = worn.taken(obj)
     if not taken or _is_shown(obj, taken, shape):
         return
     state, found, why, now, stamp = _state(obj), {}, "", time.monotonic(), _stamp(taken)

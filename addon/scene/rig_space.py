@@ -87,8 +87,12 @@ def is_deformed(obj):
 
 def armature(obj):
     """The armature that moves `obj`, or None."""
-    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
-    return next((rig for rig in (*rigs, obj.parent) if rig is not None and rig.type == 'ARMATURE'), None)
+    return next((rig for rig in (*armatures(obj), obj.parent) if rig is not None and rig.type == 'ARMATURE'), None)
+
+
+def armatures(obj):
+    """Those of its modifiers."""
+    return [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object is not None]
 
 
 def looks_at_neighbours(obj):

@@ -7,7 +7,7 @@ import numpy as np
 from .. import compat
 from ..errors import MeanValueError
 from ..solver import native_loader
-from . import actions, kept, mesh_arrays, pose_object_making, pose_objects, shape_keys, subject
+from . import actions, kept, mesh_arrays, pose_object_making, pose_objects, rig_space, shape_keys, subject
 from .core import motion
 from .core.point_sets import bounding_box_diagonal, require_finite
 
@@ -103,7 +103,7 @@ def find(obj):
         if other.type != 'MESH' or pose_objects.shown(other) != other or posed == obj or posed in known:
             continue
         is_near = other in children or (_is_less(other, obj) and _lies_on(obj, other))
-        if is_near or _rigs(obj) & _rigs(other):
+        if is_near or _shared_rigs(obj, other):
             if is_near and pose_objects.is_foreign(posed) and not _by_itself(other):
                 posed = pose_object_making.make(other)
             line = obj.meanvalue.along.add()
@@ -117,7 +117,7 @@ def body_of(other, active):
     """The mesh object whose first handle takes `other` along: `active`, or else the one that is most of the body; None
     where there is none, or other has handles."""
     meshes = [each for each in bpy.context.scene.objects if each.type == 'MESH' and pose_objects.shown(each) == each]
-    meshes = [each for each in meshes if _rigs(each) & _rigs(other) or each == other.parent]
+    meshes = [each for each in meshes if _shared_rigs(each, other) or each == other.parent]
     meshes.sort(key=lambda each: _share(each, other))
     wearers = filter(None, (active, *reversed(meshes)))
     return next((each for each in wearers if _will_take(each, other)), None)
@@ -137,7 +137,7 @@ def _is_less(other, obj):
 
 def _share(obj, other):
     """How many bones of the armatures of both move `obj`; its size in the world."""
-    bones = {bone.name for rig in _rigs(obj) & _rigs(other) for bone in rig.data.bones}
+    bones = {bone.name for rig in _shared_rigs(obj, other) for bone in rig.data.bones}
     return sum(group.name in bones for group in obj.vertex_groups), obj.dimensions.length
 
 
@@ -149,8 +149,8 @@ def remove_deleted(obj):
             obj.meanvalue.along.remove(index)
 
 
-def _rigs(obj):
-    return {each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object is not None}
+def _shared_rigs(obj, other):
+    return {*rig_space.armatures(obj)}.intersection(rig_space.armatures(other))
 
 
 def to_carrier(obj, other):
@@ -170,7 +170,7 @@ def _surface(obj):
 
 
 def _lies_on(obj, other):
-    if not (_rigs(obj) & _rigs(other) or other.select_get()):
+    if not (_shared_rigs(obj, other) or other.select_get()):
         return False
     try:
         points = shape_keys.rest_positions(other.data)

@@ -39,8 +39,7 @@ def clip(obj, bind_input, rows, times, portable=False):
 
 def animated(obj):
     """The datablocks that move the handles: the object, its rigs, the controls, and what these hang on or follow."""
-    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE']
-    return frames.movers([obj, *rigs, *(handle.control for handle in targets.moved_handles(obj))])
+    return frames.movers([obj, *rig_space.armatures(obj), *(handle.control for handle in targets.moved_handles(obj))])
 
 
 def require_evaluated(obj):

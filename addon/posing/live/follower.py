@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, along, mesh_arrays, pose_key, shape_keys, views
+from ...scene import actions, along, mesh_arrays, pose_key, rig_space, shape_keys, views
 from ...solver import session
 from ...solver.core import result
 from ..bridge import controls, posing, scene_input, targets
@@ -59,9 +59,8 @@ class Follower(Following):
 
     @staticmethod
     def is_animated(obj):
-        rigs = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'}  # renders follow these
-        moving = {handle.control for handle in targets.moved_handles(obj)}
-        return any(actions.is_animated(control) for control in moving - rigs)
+        moving = {handle.control for handle in targets.moved_handles(obj)}.difference(rig_space.armatures(obj))
+        return any(map(actions.is_animated, moving))  # renders follow the armatures
 
     def is_settled(self, obj):
         return super().is_settled(obj) and (self.problem is not None or self._drafted() is None)
