@@ -7,7 +7,7 @@ from mathutils import Quaternion, Vector
 
 from ...errors import SceneError, require_none
 from ...live import engine, roll
-from ...scene import along, declarations, kept, pose_key, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import along, declarations, kept, rig_space, shape_keys, shown_shape, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
 
@@ -181,9 +181,8 @@ class _Before:
             vertex_groups.replace_weights(obj, obj.vertex_groups[region_name], self._weights)
         elif self._weights is not None:
             region.remove_made_group(obj)
-        made = pose_key.names(obj)
         if self._result is None:
-            along.remove_pose(*along.group(obj)[1:])
+            along.remove_pose(*along.group(obj))
         if not self._had_along:
             along.release(obj)
         for name, value in self._settings.items():
@@ -191,9 +190,6 @@ class _Before:
         if self._result is not None:
             shape_keys.write_positions(obj.data, shape_keys.result(obj), self._result)
             along.pose(obj, self._result)
-        else:
-            shape_keys.remove(obj, made)
-            shape_keys.remove_lone_basis(obj)
         if not self._was_bound:
             declarations.clear(settings.bound)
         for kind in self.others:
