@@ -125,9 +125,9 @@ def body_of(other, active):
 
 def _will_take(obj, other):
     is_first = obj != other and not (subject.problem_to_begin(obj) or obj.meanvalue.handles or obj.meanvalue.along)
-    is_less = is_first and _is_less(other, obj)
-    is_on = is_less and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, other))
-    return is_on and not (_by_itself(other) if pose_objects.is_foreign(other) else problem(obj, other))
+    if not is_first or (_by_itself(other) if pose_objects.is_foreign(other) else problem(obj, other)):
+        return False
+    return _is_less(other, obj) and (other in pose_objects.shown(obj).children_recursive or _lies_on(obj, other))
 
 
 def _is_less(other, obj):
