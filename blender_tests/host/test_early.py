@@ -36,16 +36,6 @@ def test_it_is_gone_once_the_whole_is_there(creature):
     assert task.result() is not None and task.early is None
 
 
-def test_the_rest_of_a_bind_waits_for_as_long_as_it_is_told_to(creature):
-    vertices, faces, anchors, targets = creature
-    execution = meanvalue.Execution()
-    task = meanvalue.start_bind(vertices, faces, anchors, early=True, execution=execution)
-    task.waits = True
-    assert len(early_of(task).solve(targets).vertices) and not task.wait(0.2)
-    assert execution.stage not in {"order", "factor"}
-    assert task.result().report.free_count > 0 and not task.waits
-
-
 def test_a_mesh_that_is_bound_again_has_one_too(creature):
     vertices, faces, anchors, targets = creature
     task = meanvalue.start_bind(vertices, faces, anchors, early=True)

@@ -1,10 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <mutex>
-#include <thread>
 
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
@@ -70,7 +67,6 @@ void give_anchors(const py::object& anchors, const std::optional<py::object>& ha
 struct Early {
     std::mutex mutex;
     std::shared_ptr<Deformer> deformer;
-    std::atomic<bool> waits{false};
 
     /// It does not wait: in a forked child the lock may be held for ever.
     std::shared_ptr<Deformer> get() {
@@ -90,13 +86,7 @@ Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, bo
     const auto work = [binding = std::move(binding), earlier, early, held]() -> Task::Deliver {
         wait_for_cancelled_tasks(*held);
         std::function<void(std::shared_ptr<Deformer>)> when_coarse;
-        if (early) {
-            when_coarse = [&](std::shared_ptr<Deformer> coarse) {
-                early->set(std::move(coarse));
-                while (early->waits && !held->cancelled())
-                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            };
-        }
+        if (early) when_coarse = [&](std::shared_ptr<Deformer> coarse) { early->set(std::move(coarse)); };
         const auto forget = [](Early* of) {
             if (of != nullptr) of->set(nullptr);
         };
@@ -105,7 +95,7 @@ Task start_bind_of(Binding binding, const std::shared_ptr<Deformer>& earlier, bo
         return [deformer] { return py::cast(deformer); };
     };
     if (!early) return {held, work};
-    return {held, work, [early] { return py::cast(early->get()); }, {early, &early->waits}};
+    return {held, work, [early] { return py::cast(early->get()); }};
 }
 
 Task start_bind(const py::object& vertices, const py::object& faces, const py::object& anchors,

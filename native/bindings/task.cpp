@@ -44,9 +44,8 @@ Running& running() {
 
 }  // namespace
 
-Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early,
-           std::shared_ptr<std::atomic<bool>> waits)
-    : state_(std::make_shared<State>()), early_(std::move(early)), waits_(std::move(waits)) {
+Task::Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early)
+    : state_(std::make_shared<State>()), early_(std::move(early)) {
     state_->execution = std::move(execution);
     running().add(state_->execution);
     try {
@@ -85,7 +84,6 @@ bool Task::finished() const {
 }
 
 bool Task::wait(std::optional<double> seconds) const {
-    if (!seconds) *waits_ = false;  // not for each other
     const auto state = state_;
     if (!state->is_done && state->process != this_process()) {
         throw ::meanvalue::SolverFailure(
@@ -114,7 +112,6 @@ void Task::end() const {
 }
 
 py::object Task::result() const {
-    *waits_ = false;  // not for each other
     const std::chrono::duration<double> interval = kPollInterval;
     try {
         while (!wait(interval.count()))
@@ -158,10 +155,6 @@ void bind_task(py::module_& module) {
             "is. It solves by that level alone and carries the rest along: anchors are at their targets, the shape "
             "is\n"
             "5 to 35 % of its way off. It has no drafts.")
-        .def_property(
-            "waits", &Task::waits, &Task::let_wait,
-            "bool, to be set: whether the work waits once there is an `early`, so that the processor is free\n"
-            "for that. Set to False it goes on, as it does for wait() and result().")
         .def("wait", &Task::wait, py::arg("seconds") = py::none(),
              "Wait at most so many seconds, None: as long as it takes. Returns whether it is finished.")
         .def("result", &Task::result,

@@ -19,7 +19,6 @@
 #include <utility>
 
 #include "meanvalue/common/execution.h"
-#include "meanvalue/common/fork.h"
 
 namespace meanvalue::bindings {
 
@@ -32,31 +31,26 @@ class Task {
     using Deliver = std::function<py::object()>;
 
     /// Starts `work`, which must own all it touches, nothing of Python's among it.
-    /// @param early makes what there is to use before the result, None where there is nothing. @param waits whether
-    /// the work does so once there is something; it may go on at any time.
+    /// @param early makes what there is to use before the result, None where there is nothing.
     /// @throws SolverFailure where the system has no thread to spare.
-    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early = {},
-         std::shared_ptr<std::atomic<bool>> waits = std::make_shared<std::atomic<bool>>(false));
+    Task(std::shared_ptr<Execution> execution, std::function<Deliver()> work, Deliver early = {});
 
     bool finished() const;
 
-    /// Waits at most so many seconds, without end if there are none, or more than a year; in the first case the work
-    /// waits for nothing any more. @return finished().
+    /// Waits at most so many seconds, without end if there are none, or more than a year. @return finished().
     /// @throws SolverFailure in a forked child, where it was still running before; what a handler of Python's raises
     /// for a signal, as for Ctrl-C.
     bool wait(std::optional<double> seconds) const;
 
-    /// Waits for the end; the work waits for nothing any more. Where the execution is cancelled this waits no longer:
-    /// what runs then ends by itself, which may take long, as for gigabytes to be freed. @throws what `work` threw,
-    /// Cancelled; as wait(), which cancels it.
+    /// Waits for the end. Where the execution is cancelled this waits no longer: what runs then ends by itself, which
+    /// may take long, as for gigabytes to be freed. @throws what `work` threw, Cancelled; as wait(), which cancels
+    /// it.
     py::object result() const;
 
     /// Waits for the end, whatever signals there are.
     void end() const;
 
     py::object early() const { return early_ ? early_() : py::none(); }
-    bool waits() const { return *waits_; }
-    void let_wait(bool waits) { *waits_ = waits; }
 
   private:
     /// Another in a forked child.
@@ -75,7 +69,6 @@ class Task {
 
     std::shared_ptr<State> state_;
     Deliver early_;
-    std::shared_ptr<std::atomic<bool>> waits_;
 };
 
 /// Cancels all tasks and waits until they have ended: before the process ends.
