@@ -1,7 +1,5 @@
 #include <pybind11/stl.h>
 
-#include <algorithm>
-
 #include "bindings/arrays.h"
 #include "bindings/bind.h"
 #include "bindings/task.h"

@@ -1,7 +1,6 @@
 #include "bindings/polygons.h"
 
 #include <array>
-#include <numeric>
 
 #include "meanvalue/common/errors.h"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "meanvalue/mesh/triangle_tree.h"
 #include "tests/support.h"
