@@ -139,9 +139,9 @@ SurfacePatch CarrierSurface::patch_at(const SurfacePlace& place, double reach, I
     const Vector3 from = place.of(rest_.data());
     std::vector<std::pair<double, Index>> found;
     const auto reach_to = [&](Index v) {
+        if (std::exchange(reached[v], mark) == mark) return;
         const double share = (point_at(rest_.data(), v) - from).norm() / reach;
-        if (reached[v] == mark || !(share < 1.0) || found.size() >= kMostReached) return;
-        reached[v] = mark;
+        if (!(share < 1.0) || found.size() >= kMostReached) return;
         const double fade = 1.0 - share * share;
         found.emplace_back(areas_[v] * fade * fade, v);
     };

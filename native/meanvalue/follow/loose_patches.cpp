@@ -1,10 +1,8 @@
 #include "meanvalue/follow/loose_patches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -91,7 +89,8 @@ class Finder {
             if (members_[part].size() > 3 && containers.size() < kMostContainers) containers.push_back(part);
         }
         std::optional<CarrierSurface> dressed;
-        if (rigid.size() < loose.size()) dressed.emplace(rest_, faces_, components_.part_of, is_carrier, execution_);
+        if (!rigid.empty() && rigid.size() < loose.size())
+            dressed.emplace(rest_, faces_, components_.part_of, is_carrier, execution_);
         for (const Index part : rigid) {
             execution_.check();
             if (container[part] >= 0) {
