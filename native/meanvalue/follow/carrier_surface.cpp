@@ -28,11 +28,6 @@ Triangles faces_of(const TrianglesView& faces, const std::vector<Index>& part_of
 
 }  // namespace
 
-Vector3 unit_or_zero(const Vector3& direction) {
-    const double length = direction.norm();
-    return length > 0.0 ? Vector3(direction / length) : Vector3(Vector3::Zero());
-}
-
 Vector3 SurfacePlace::of(const double* positions) const {
     const Vector3 first = point_at(positions, corners[0]);
     return first + weights[1] * (point_at(positions, corners[1]) - first) +
@@ -40,8 +35,8 @@ Vector3 SurfacePlace::of(const double* positions) const {
 }
 
 Vector3 SurfacePlace::normal(const std::vector<Vector3>& normals) const {
-    return unit_or_zero(weights[0] * normals[corners[0]] + weights[1] * normals[corners[1]] +
-                        weights[2] * normals[corners[2]]);
+    return (weights[0] * normals[corners[0]] + weights[1] * normals[corners[1]] + weights[2] * normals[corners[2]])
+        .normalized();
 }
 
 SurfacePlace place_on(const TriangleTree& tree, const TriangleTree::Place& found) {
@@ -64,7 +59,7 @@ SurfacePatch::SurfacePatch(const std::vector<std::pair<double, Index>>& weighted
         square += point.weight * arm.squaredNorm();
         if (!normals.empty()) normal += point.weight * normals[point.vertex];
     }
-    normal = 0.5 * square * unit_or_zero(normal);
+    normal = 0.5 * square * normal.normalized();
 }
 
 Vector3 SurfacePatch::centre(const double* positions) const {
@@ -76,14 +71,14 @@ Vector3 SurfacePatch::centre(const double* positions) const {
 }
 
 Matrix3 SurfacePatch::covariance(const double* positions, const std::vector<Vector3>& normals) const {
-    const Vector3 middle = centre(positions);
+    const Vector3 origin = point_at(positions, points.front().vertex);  // any would do: arms have the sum zero
     Vector3 posed_normal = Vector3::Zero();
     Matrix3 result = Matrix3::Zero();
     for (const Point& point : points) {
-        result += (point_at(positions, point.vertex) - middle) * point.arm.transpose();
+        result.noalias() += (point_at(positions, point.vertex) - origin) * point.arm.transpose();
         if (!normals.empty()) posed_normal += point.weight * normals[point.vertex];
     }
-    return result + unit_or_zero(posed_normal) * normal.transpose();
+    return result + posed_normal.normalized() * normal.transpose();
 }
 
 void RestEdges::add(Index a, Index b, const double* rest) {
@@ -124,7 +119,7 @@ CarrierSurface::CarrierSurface(const PositionsView& rest, const TrianglesView& f
         execution.check_every(v);
         const Vector3 area = area_around(fans_, rest.data(), v);
         areas_[v] = area.norm();
-        normals_[v] = unit_or_zero(area);
+        normals_[v] = area.normalized();
         for (const Index other : fans_.of(v))
             mean_edges_[v] += (rest.row(other) - rest.row(v)).norm() / fans_.of(v).size();
     }

@@ -17,8 +17,6 @@ inline Vector3 point_at(const double* positions, Index v) {
     return Eigen::Map<const Vector3>(positions + 3 * std::ptrdiff_t{v});
 }
 
-Vector3 unit_or_zero(const Vector3& direction);
-
 /// A point of a triangle.
 struct SurfacePlace {
     std::array<Index, 3> corners;

@@ -122,9 +122,9 @@ void Lift::apply(const double* positions, const std::vector<Vector3>& normals, c
             parallel_for(count, threads, execution, [&](Index begin, Index end) {
                 for (Index v = begin; v < end; ++v) {
                     Vector3 mean = Vector3::Zero();
-                    const Index first = encoding.ring_offsets[v], end_of_ring = encoding.ring_offsets[v + 1];
-                    for (Index k = first; k < end_of_ring; ++k)
-                        mean += lifts[encoding.ring[k]] / (end_of_ring - first);
+                    const EncodedRing ring = encoding.ring_of(v);
+                    for (Index k = 0; k < ring.valence; ++k)
+                        mean += lifts[ring.ring[k]] / ring.valence;
                     const double excess = mean.norm() - lifts[v].norm();
                     smooth[v] = lifts[v];
                     if (excess > 0.0) smooth[v] += 0.5 * excess * mean.normalized();
@@ -132,10 +132,7 @@ void Lift::apply(const double* positions, const std::vector<Vector3>& normals, c
             });
             lifts.swap(smooth);
         }
-        parallel_for(count, threads, execution, [&](Index begin, Index end) {
-            for (Index v = begin; v < end; ++v)
-                own.row(v) += lifts[v].transpose();
-        });
+        own += Eigen::Map<const Positions>(lifts.data()->data(), count, 3);
     }
 }
 

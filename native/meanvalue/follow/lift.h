@@ -22,6 +22,14 @@ struct SheetHold {
 /// cover a vertex of the carrier over that.
 class Lift {
   public:
+    struct Height {
+        SurfacePlace above;  ///< on a sheet
+        SurfacePlace below;  ///< on the carrier
+        Index sheet = 0;
+        double least = 0.0;
+        double weight = 0.0;
+    };
+
     Lift() = default;
     /// @param rest n x 3 of the whole mesh; @param size of the carrier; @param own the sheets' vertices, their faces
     /// in their own numbers. @throws Cancelled.
@@ -33,14 +41,9 @@ class Lift {
     void apply(const double* positions, const std::vector<Vector3>& normals, const std::vector<double>& growth,
                const Encoding& encoding, int threads, const Execution& execution, Positions& own) const;
 
+    const std::vector<Height>& heights() const { return heights_; }
+
   private:
-    struct Height {
-        SurfacePlace above;  // on a sheet
-        SurfacePlace below;  // on the carrier
-        Index sheet = 0;
-        double least = 0.0;
-        double weight = 0.0;
-    };
     struct Use {  // a height that a vertex is above
         Index height;
         double weight;

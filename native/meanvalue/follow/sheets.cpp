@@ -61,6 +61,16 @@ Sheets::Sheets(const PositionsView& rest, const CarrierSurface& carrier, double 
                        encoding_stage);
     bind(size, instructions, threads, execution);
     lift_ = Lift(rest, carrier, size, own_, own_faces, holds_, threads, execution);
+    std::vector<char> is_read(rest.rows(), 0);
+    const auto read = [&](Index v) {
+        if (std::exchange(is_read[v], 1) == 0) read_.push_back(v);
+    };
+    for (const SurfacePatch& patch : patches_) {
+        for (const SurfacePatch::Point& point : patch.points)
+            read(point.vertex);
+    }
+    for (const Lift::Height& height : lift_.heights())
+        std::for_each(height.below.corners.begin(), height.below.corners.end(), read);
     for (const SheetHold& hold : holds_) {
         edges_below_.resize(std::max<std::size_t>(edges_below_.size(), hold.sheet + 1));
         for (int c = 0; c < 3; ++c)
@@ -111,16 +121,15 @@ void Sheets::bind(double size, InstructionSet instructions, int threads, const E
                                                   SoftConstraints(std::move(springs), unknowns_), threads);
     const SparseMatrix lower = energy_->initial_hessian(kRigidity, threads, execution).matrix;
     factor_.analyse(lower, execution, threads);
-    // Where numbers leave the range of a factor, sheets go to where their springs draw them.
-    is_factored_ = factor_.factorise(lower, execution, threads);
+    if (!factor_.factorise(lower, execution, threads)) energy_.reset();  // numbers leave the range of a factor
 }
 
 void Sheets::carry(double* positions, int threads, const Execution& execution) const {
     const auto count = static_cast<Index>(vertices_.size());
     std::vector<Vector3> normals(carrier_fans_.size());
-    parallel_for(carrier_fans_.size(), threads, execution, [&](Index begin, Index end) {
-        for (Index v = begin; v < end; ++v)
-            normals[v] = unit_or_zero(area_around(carrier_fans_, positions, v));
+    parallel_for(static_cast<Index>(read_.size()), threads, execution, [&](Index begin, Index end) {
+        for (Index k = begin; k < end; ++k)
+            normals[read_[k]] = area_around(carrier_fans_, positions, read_[k]).normalized();
     });
     std::vector<double> growth(edges_below_.size());
     parallel_items(growth.size(), threads, execution,
@@ -134,7 +143,7 @@ void Sheets::carry(double* positions, int threads, const Execution& execution) c
         for (Index v = begin; v < end; ++v)
             own.row(v) = holds_[v].place.of(positions) / growth[holds_[v].sheet] + rotations[v] * holds_[v].offset;
     });
-    if (is_factored_) {
+    if (energy_) {
         DeformationEnergy::Workspace workspace = energy_->make_workspace();
         workspace.soft_targets = own;
         SupernodalFactor::Workspace solving;
@@ -146,8 +155,7 @@ void Sheets::carry(double* positions, int threads, const Execution& execution) c
     for (Index v = 0; v < count; ++v)
         own.row(v) *= growth[holds_[v].sheet];
     lift_.apply(positions, normals, growth, encoding_, threads, execution, own);
-    for (Index v = 0; v < count; ++v)
-        Eigen::Map<Vector3>(positions + 3 * std::ptrdiff_t{vertices_[v]}) = own.row(v);
+    Eigen::Map<Positions>(positions, carrier_fans_.size(), 3)(vertices_, Eigen::all) = own;
 }
 
 }  // namespace meanvalue

@@ -43,11 +43,11 @@ class Sheets {
     std::vector<SurfacePatch> patches_;
     std::vector<RestEdges> edges_below_;  // of each sheet: the carrier's, by which it grows
     Grouped<Index> carrier_fans_;         // n
+    std::vector<Index> read_;             // vertices of the carrier whose normals count
     Encoding encoding_;
     Unknowns unknowns_;
-    std::unique_ptr<const DeformationEnergy> energy_;
+    std::unique_ptr<const DeformationEnergy> energy_;  // none where sheets go to where their springs draw them
     SupernodalFactor factor_;
-    bool is_factored_ = false;
     Lift lift_;
 };
 
