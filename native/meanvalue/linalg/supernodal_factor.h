@@ -101,7 +101,7 @@ class CholeskyFactor {
 };
 
 /// To be factored once and applied at screen rate, as a preconditioner: one solve is as exact as single precision
-/// lets it be, and reads half the memory (docs/decisions/0006-single-precision-factor.md).
+/// lets it be, and reads half the memory (docs/decisions/0010-own-cholesky.md).
 using SupernodalFactor = CholeskyFactor<float>;
 /// To be solved with once or a few times.
 using SparseCholesky = CholeskyFactor<double>;

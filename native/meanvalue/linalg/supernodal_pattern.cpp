@@ -22,7 +22,7 @@ struct Columns {
 /// what is merged with them at the cost of few zeros.
 ///
 /// The limits are CHOLMOD's (Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887, ACM Trans. Math.
-/// Softw. 35, 2008); docs/decisions/0006-single-precision-factor.md measures others.
+/// Softw. 35, 2008); docs/decisions/0010-own-cholesky.md measures others.
 std::vector<Index> find_begins(const EliminationTree& tree) {
     const auto size = static_cast<Index>(tree.parents.size());
     std::vector<Index> children(size, 0);
