@@ -5,41 +5,28 @@ import bpy
 import numpy as np
 import pytest
 from support import armatures, bent_limb, installed, meshes, steps
+from support import mixed_limbs as limbs
 from support.interface import interface, is_settled
-from support.mixed_limbs import (
-    DIAGONAL,
-    animate,
-    bake,
-    bending,
-    in_betweens_of,
-    limb,
-    linear_miss,
-    miss,
-    mixing,
-    rest,
-    set_value,
-    shown,
-)
 from support.snapshot import assert_same, snapshot
 
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
 def test_a_mixed_bend_follows_the_arc(share):
-    obj = mixing(value=share)
-    assert miss(obj, bent_limb.bent(rest(), share * 140.0)) <= 0.25 * linear_miss(140.0, share)
+    obj = limbs.mixing(value=share)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), share * 140.0)) <= 0.25 * limbs.linear_miss(140.0, share)
 
 
 def test_a_dragged_slider_settles_to_what_its_value_alone_says():
-    obj = mixing(value=0.52)
-    expected = shown(obj)
-    set_value(obj, "Bend", 0.2)
+    obj = limbs.mixing(value=0.52)
+    expected = limbs.shown(obj)
+    limbs.set_value(obj, "Bend", 0.2)
     with interface() as timers:
         for value in np.linspace(0.24, 0.52, 8):  # no time passes: it is dragged
-            set_value(obj, "Bend", value)
-        assert np.abs(shown(obj) - expected).max() <= 2e-3 * DIAGONAL
+            limbs.set_value(obj, "Bend", value)
+        assert np.abs(limbs.shown(obj) - expected).max() <= 2e-3 * limbs.DIAGONAL
         timers.run(0.1)
         assert is_settled(obj)
-        np.testing.assert_array_equal(shown(obj), expected)
+        np.testing.assert_array_equal(limbs.shown(obj), expected)
 
 
 def test_a_soup_stays_closed_where_its_keys_have_it_closed():
@@ -49,31 +36,31 @@ def test_a_soup_stays_closed_where_its_keys_have_it_closed():
     key = steps.add_key(obj, "Bend", bent_limb.bent(whole, 140.0)[corners])
     obj.meanvalue.mix.is_on = True
     for value in (0.5, 1.0):
-        set_value(obj, "Bend", value)
+        limbs.set_value(obj, "Bend", value)
         assert meshes.gap(obj) == 0.0
-    bake(obj)
+    limbs.bake(obj)
     obj.meanvalue.mix.is_on = False
-    set_value(obj, "Bend", 0.5)
-    assert meshes.gap(obj) < 1e-5 and np.abs(shown(obj) - bent_limb.bent(whole, 70.0)[corners]).max() < 0.3
+    limbs.set_value(obj, "Bend", 0.5)
+    assert meshes.gap(obj) < 1e-5 and np.abs(limbs.shown(obj) - bent_limb.bent(whole, 70.0)[corners]).max() < 0.3
     key.data[0].co.z += 1.0  # opens the seam there
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", 0.4)
+    limbs.set_value(obj, "Bend", 0.4)
     assert meshes.gap(obj) > 0.1
 
 
 def test_off_it_goes_in_straight_lines_again():
-    obj = bending()
+    obj = limbs.bending()
     before = snapshot(obj)
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", 0.5)
+    limbs.set_value(obj, "Bend", 0.5)
     assert "Rotation-Aware Mix" in obj.data.shape_keys.key_blocks
     obj.meanvalue.mix.is_on = False
-    set_value(obj, "Bend", 0.0)
+    limbs.set_value(obj, "Bend", 0.0)
     assert_same(before, snapshot(obj))
 
 
 def test_live_posing_and_mixing_take_turns():
-    obj = bending()
+    obj = limbs.bending()
     obj.meanvalue.mix.is_on = True
     obj.meanvalue.live = True
     assert not obj.meanvalue.mix.is_on and "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
@@ -82,39 +69,39 @@ def test_live_posing_and_mixing_take_turns():
 
 
 def test_an_edited_key_is_mixed_as_it_is_now():
-    obj = mixing()
+    obj = limbs.mixing()
     key = obj.data.shape_keys.key_blocks["Bend"]
-    key.data.foreach_set("co", bent_limb.bent(rest(), -90.0).astype(np.float32).ravel())
+    key.data.foreach_set("co", bent_limb.bent(limbs.rest(), -90.0).astype(np.float32).ravel())
     obj.data.update_tag()
-    set_value(obj, "Bend", 0.501)
-    assert miss(obj, bent_limb.bent(rest(), -45.1)) <= 0.25 * linear_miss(-90.0, 0.5)
+    limbs.set_value(obj, "Bend", 0.501)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), -45.1)) <= 0.25 * limbs.linear_miss(-90.0, 0.5)
 
 
 def test_baked_in_betweens_are_within_the_tolerance_and_need_no_addon():
-    obj = bending()
+    obj = limbs.bending()
     obj.meanvalue.mix.is_on = True
     shapes = {}
     values = [0.0, 1.0, *np.random.default_rng(11).uniform(0.0, 1.0, 8)]
     for value in values:
-        set_value(obj, "Bend", value)
-        shapes[value] = shown(obj)
-    bake(obj)
+        limbs.set_value(obj, "Bend", value)
+        shapes[value] = limbs.shown(obj)
+    limbs.bake(obj)
     assert not obj.meanvalue.mix.is_on and "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
-    made = in_betweens_of(obj)
+    made = limbs.in_betweens_of(obj)
     assert 1 <= len(made) <= 6
     installed.disable()
     try:
         for value in values:
-            set_value(obj, "Bend", value)
-            assert np.linalg.norm(shown(obj) - shapes[value], axis=1).max() <= 0.002 * DIAGONAL
+            limbs.set_value(obj, "Bend", value)
+            assert np.linalg.norm(limbs.shown(obj) - shapes[value], axis=1).max() <= 0.002 * limbs.DIAGONAL
     finally:
         installed.enable()
 
 
 def masked_and_bending():
     """A key that is thicker in the last third alone, by a group with a soft edge, beside one that bends all."""
-    obj = limb(Thick=rest() * (1.0, 1.5, 1.5), Bend=bent_limb.bent(rest(), 110.0))
-    steps.add_weights(obj, "Tail", np.clip((rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0))
+    obj = limbs.limb(Thick=limbs.rest() * (1.0, 1.5, 1.5), Bend=bent_limb.bent(limbs.rest(), 110.0))
+    steps.add_weights(obj, "Tail", np.clip((limbs.rest()[:, 0] - 3.5) / 0.5, 0.0, 1.0))
     obj.data.shape_keys.key_blocks["Thick"].vertex_group = "Tail"
     return obj
 
@@ -122,20 +109,20 @@ def masked_and_bending():
 def test_a_masked_slider_does_not_make_the_mesh_jump():
     obj = masked_and_bending()
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Thick", 0.6)
+    limbs.set_value(obj, "Thick", 0.6)
     shapes = []
     for bend in np.linspace(0.0, 1.0, 21):
-        set_value(obj, "Bend", bend)
-        shapes.append(shown(obj))
-    assert np.linalg.norm(np.diff(shapes, axis=0), axis=2).max() <= 0.1 * DIAGONAL
-    set_value(obj, "Thick", 0.0)
-    np.testing.assert_allclose(shown(obj), bent_limb.bent(rest(), 110.0), atol=1e-5)
+        limbs.set_value(obj, "Bend", bend)
+        shapes.append(limbs.shown(obj))
+    assert np.linalg.norm(np.diff(shapes, axis=0), axis=2).max() <= 0.1 * limbs.DIAGONAL
+    limbs.set_value(obj, "Thick", 0.0)
+    np.testing.assert_allclose(limbs.shown(obj), bent_limb.bent(limbs.rest(), 110.0), atol=1e-5)
 
 
 def test_in_betweens_taken_back_leave_nothing():
-    obj = bending()
+    obj = limbs.bending()
     before = snapshot(obj, without=("settings",))
-    bake(obj)
+    limbs.bake(obj)
     assert bpy.ops.meanvalue.bake_mix(remove=True) == {'FINISHED'}
     assert_same(before, snapshot(obj, without=("settings",)))
     animation = obj.data.shape_keys.animation_data
@@ -154,7 +141,7 @@ def test_in_betweens_taken_back_leave_nothing():
     ],
 )
 def test_refused(spoil, texts):
-    obj = bending()
+    obj = limbs.bending()
     obj.vertex_groups.new(name="Gone")
     spoil(obj)
     if obj.data.shape_keys:
@@ -173,19 +160,19 @@ def put_nan(obj):
 
 
 def test_undo_and_reload_keep_the_mix(tmp_path):
-    obj = mixing()
-    before = shown(obj)
+    obj = limbs.mixing()
+    before = limbs.shown(obj)
     obj = steps.reopened(obj, tmp_path / "mix.blend")
     assert obj.meanvalue.mix.is_on
-    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
-    set_value(obj, "Bend", 0.25)
-    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
+    limbs.set_value(obj, "Bend", 0.25)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 35.0)) <= 0.25 * limbs.linear_miss(140.0, 0.25)
 
 
 @pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
 def test_animated_sliders_are_baked_frame_by_frame(tmp_path, target):
-    obj = bending()
-    animate(obj)
+    obj = limbs.bending()
+    limbs.animate(obj)
     obj.meanvalue.mix.is_on = True
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
     obj = bpy.data.objects["Limb"]
@@ -195,13 +182,13 @@ def test_animated_sliders_are_baked_frame_by_frame(tmp_path, target):
     live = {}
     for frame in (1, 4, 9, 12):
         bpy.context.scene.frame_set(frame)
-        live[frame] = shown(obj)
+        live[frame] = limbs.shown(obj)
     bpy.context.scene.frame_set(1)
     assert bpy.ops.meanvalue.bake(target=target, tolerance_share=0) == {'FINISHED'}
     assert not obj.meanvalue.mix.is_on
     for frame, shape in live.items():
         bpy.context.scene.frame_set(frame)
-        assert np.abs(shown(obj) - shape).max() <= 1e-3 * DIAGONAL
+        assert np.abs(limbs.shown(obj) - shape).max() <= 1e-3 * limbs.DIAGONAL
     assert bpy.ops.meanvalue.bake(target=target, tolerance_share=0) == {'FINISHED'}  # nothing has changed
     bpy.context.scene.frame_set(1)
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
@@ -219,7 +206,7 @@ SHIFT = (2.0, -1.0, 3.0)
 @pytest.fixture
 def rigged():
     """(object, pose bone): half of the limb follows the bone."""
-    obj = bending()
+    obj = limbs.bending()
     rig = armatures.make(Bone=((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     meshes.activate(obj)
     group = obj.vertex_groups.new(name="Bone")
@@ -231,8 +218,8 @@ def rigged():
 
 def follows():
     """(n,) bool."""
-    longest = np.ptp(rest(), axis=0).argmax()
-    return rest()[:, longest] > rest()[:, longest].mean()
+    longest = np.ptp(limbs.rest(), axis=0).argmax()
+    return limbs.rest()[:, longest] > limbs.rest()[:, longest].mean()
 
 
 def pose(bone):
@@ -253,12 +240,12 @@ def test_an_armature_poses_the_mixed_shape(rigged, is_baked):
     obj, bone = rigged
     obj.meanvalue.mix.is_on = True
     if is_baked:
-        bake(obj)
-    set_value(obj, "Bend", 0.5)
-    mixed = shown(obj)
+        limbs.bake(obj)
+    limbs.set_value(obj, "Bend", 0.5)
+    mixed = limbs.shown(obj)
     pose(bone)
-    np.testing.assert_allclose(shown(obj), posed(bone, mixed), atol=1e-5 * DIAGONAL)
-    assert np.abs(shown(obj) - mixed).max() > 0.1 * DIAGONAL
-    set_value(obj, "Bend", 0.0)
-    set_value(obj, "Bend", 0.5)  # mixed while it is posed
-    np.testing.assert_allclose(shown(obj), posed(bone, mixed), atol=1e-4 * DIAGONAL)
+    np.testing.assert_allclose(limbs.shown(obj), posed(bone, mixed), atol=1e-5 * limbs.DIAGONAL)
+    assert np.abs(limbs.shown(obj) - mixed).max() > 0.1 * limbs.DIAGONAL
+    limbs.set_value(obj, "Bend", 0.0)
+    limbs.set_value(obj, "Bend", 0.5)  # mixed while it is posed
+    np.testing.assert_allclose(limbs.shown(obj), posed(bone, mixed), atol=1e-4 * limbs.DIAGONAL)

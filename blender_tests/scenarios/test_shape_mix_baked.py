@@ -5,23 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, libraries, meshes, steps
-from support.mixed_limbs import (
-    DIAGONAL,
-    MIX,
-    animate,
-    bake,
-    bending,
-    in_betweens_of,
-    keys_of,
-    limb,
-    linear_miss,
-    miss,
-    mixing,
-    rest,
-    set_value,
-    shown,
-    status,
-)
+from support import mixed_limbs as limbs
 
 
 def full_copy_of(obj):
@@ -34,19 +18,19 @@ def full_copy_of(obj):
 
 
 def test_in_betweens_are_those_of_all_objects_with_the_mesh():
-    obj = bending()
-    bake(obj)
-    made = in_betweens_of(obj)
+    obj = limbs.bending()
+    limbs.bake(obj)
+    made = limbs.in_betweens_of(obj)
     twin = meshes.new_object("Twin", obj.data)
     twin.meanvalue.mix.is_on = True
-    set_value(twin, "Bend", 0.5)
-    assert "Remove In-Betweens" in status(twin)[0] and MIX not in keys_of(obj)
+    limbs.set_value(twin, "Bend", 0.5)
+    assert "Remove In-Betweens" in limbs.status(twin)[0] and limbs.MIX not in limbs.keys_of(obj)
     twin.meanvalue.mix.is_on = False
-    bake(twin)
-    assert len(keys_of(obj)) == 2 + len(made)
+    limbs.bake(twin)
+    assert len(limbs.keys_of(obj)) == 2 + len(made)
     meshes.activate(twin)
     assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
-    assert len(keys_of(obj)) == 2
+    assert len(limbs.keys_of(obj)) == 2
     for each in (twin, obj):
         meshes.activate(each)
         with pytest.raises(RuntimeError, match="no in-between keys"):
@@ -54,90 +38,90 @@ def test_in_betweens_are_those_of_all_objects_with_the_mesh():
 
 
 def test_in_betweens_of_a_full_copy_follow_its_own_sliders():
-    obj = bending()
-    bake(obj)
+    obj = limbs.bending()
+    limbs.bake(obj)
     copy = full_copy_of(obj)
     assert copy.data != obj.data
-    set_value(copy, "Bend", 0.5)
-    set_value(obj, "Bend", 0.0)
-    assert miss(copy, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
-    np.testing.assert_allclose(shown(obj), rest(), atol=1e-5)
+    limbs.set_value(copy, "Bend", 0.5)
+    limbs.set_value(obj, "Bend", 0.0)
+    assert limbs.miss(copy, bent_limb.bent(limbs.rest(), 70.0)) <= 0.25 * limbs.linear_miss(140.0, 0.5)
+    np.testing.assert_allclose(limbs.shown(obj), limbs.rest(), atol=1e-5)
 
 
 def test_in_betweens_go_on_when_a_slider_is_renamed():
-    obj = bending()
-    bake(obj)
-    set_value(obj, "Bend", 0.5)
-    before = shown(obj)
-    keys_of(obj)["Bend"].name = 'El"bow\\'
-    set_value(obj, 'El"bow\\', 0.0)
-    set_value(obj, 'El"bow\\', 0.5)
-    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+    obj = limbs.bending()
+    limbs.bake(obj)
+    limbs.set_value(obj, "Bend", 0.5)
+    before = limbs.shown(obj)
+    limbs.keys_of(obj)["Bend"].name = 'El"bow\\'
+    limbs.set_value(obj, 'El"bow\\', 0.0)
+    limbs.set_value(obj, 'El"bow\\', 0.5)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
 
 
 def test_renamed_in_betweens_are_still_known():
-    obj = bending()
-    bake(obj)
-    made = in_betweens_of(obj)
-    keys_of(obj)[made[0]].name = "Elbow half"
-    bake(obj)
-    assert in_betweens_of(obj) == made
+    obj = limbs.bending()
+    limbs.bake(obj)
+    made = limbs.in_betweens_of(obj)
+    limbs.keys_of(obj)[made[0]].name = "Elbow half"
+    limbs.bake(obj)
+    assert limbs.in_betweens_of(obj) == made
     assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
-    assert len(keys_of(obj)) == 2
+    assert len(limbs.keys_of(obj)) == 2
 
 
 def test_a_slider_that_in_betweens_need_is_deleted():
-    obj = limb(Bend=bent_limb.bent(rest(), 110.0), Stretch=rest() * (1.1, 1.0, 1.0))
-    bake(obj, 1.0)
-    set_value(obj, "Bend", 0.5)
-    obj.shape_key_remove(keys_of(obj)["Bend"])
-    keys_of(obj)["Stretch"].mute = True
+    obj = limbs.limb(Bend=bent_limb.bent(limbs.rest(), 110.0), Stretch=limbs.rest() * (1.1, 1.0, 1.0))
+    limbs.bake(obj, 1.0)
+    limbs.set_value(obj, "Bend", 0.5)
+    obj.shape_key_remove(limbs.keys_of(obj)["Bend"])
+    limbs.keys_of(obj)["Stretch"].mute = True
     assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
-    assert [key.name for key in keys_of(obj)] == ["Basis", "Stretch"]
+    assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Stretch"]
 
 
 def test_keys_that_need_none_any_more_lose_their_in_betweens():
-    obj = bending()
-    bake(obj)
-    straight = (rest() * (1.05, 1.0, 1.0)).astype(np.float32)
-    keys_of(obj)["Bend"].data.foreach_set("co", straight.ravel())
+    obj = limbs.bending()
+    limbs.bake(obj)
+    straight = (limbs.rest() * (1.05, 1.0, 1.0)).astype(np.float32)
+    limbs.keys_of(obj)["Bend"].data.foreach_set("co", straight.ravel())
     obj.data.update_tag()
-    bake(obj, 5.0)
-    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+    limbs.bake(obj, 5.0)
+    assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Bend"]
 
 
 def test_all_keys_deleted_while_in_betweens_are_there():
-    obj = bending()
-    bake(obj)
+    obj = limbs.bending()
+    limbs.bake(obj)
     obj.shape_key_clear()
-    steps.add_key(obj, "Bend", bent_limb.bent(rest(), 140.0))
+    steps.add_key(obj, "Bend", bent_limb.bent(limbs.rest(), 140.0))
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Bend", 0.5)
-    assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    limbs.set_value(obj, "Bend", 0.5)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 70.0)) <= 0.25 * limbs.linear_miss(140.0, 0.5)
 
 
 @pytest.mark.parametrize("low, high", [(-1.0, 1.0), (0.0, 2.0)])
 def test_ranges(low, high):
-    obj = bending(60.0)
-    keys_of(obj)["Bend"].slider_min, keys_of(obj)["Bend"].slider_max = low, high
+    obj = limbs.bending(60.0)
+    limbs.keys_of(obj)["Bend"].slider_min, limbs.keys_of(obj)["Bend"].slider_max = low, high
     obj.meanvalue.mix.is_on = True
     values = np.linspace(low, high, 5)
     shapes = []
     for value in values:
-        set_value(obj, "Bend", value)
-        shapes.append(shown(obj))
-        assert miss(obj, bent_limb.bent(rest(), 60.0 * value)) <= 0.02 * DIAGONAL
-    bake(obj)
+        limbs.set_value(obj, "Bend", value)
+        shapes.append(limbs.shown(obj))
+        assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 60.0 * value)) <= 0.02 * limbs.DIAGONAL
+    limbs.bake(obj)
     for value, shape in zip(values, shapes, strict=True):
-        set_value(obj, "Bend", value)
-        assert np.linalg.norm(shown(obj) - shape, axis=1).max() <= 0.002 * DIAGONAL
+        limbs.set_value(obj, "Bend", value)
+        assert np.linalg.norm(limbs.shown(obj) - shape, axis=1).max() <= 0.002 * limbs.DIAGONAL
 
 
 @pytest.fixture
 def playing(tmp_path):
     """An animated mix in shape keys, frame by frame."""
-    obj = bending()
-    animate(obj)
+    obj = limbs.bending()
+    limbs.animate(obj)
     obj.meanvalue.mix.is_on = True
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
     obj = bpy.data.objects["Limb"]
@@ -148,11 +132,11 @@ def playing(tmp_path):
 
 
 def test_mixing_does_not_add_to_a_bake_that_plays(playing):
-    before = shown(playing)
+    before = limbs.shown(playing)
     playing.meanvalue.mix.is_on = True
     bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(playing), before, atol=1e-4)
-    assert "Remove Bake" in status(playing)[0]
+    np.testing.assert_allclose(limbs.shown(playing), before, atol=1e-4)
+    assert "Remove Bake" in limbs.status(playing)[0]
 
 
 def test_in_betweens_do_not_add_to_a_bake_that_plays(playing):
@@ -161,13 +145,13 @@ def test_in_betweens_do_not_add_to_a_bake_that_plays(playing):
 
 
 def test_a_bake_does_not_add_to_in_betweens(tmp_path):
-    obj = bending()
-    animate(obj)
-    bake(obj)
+    obj = limbs.bending()
+    limbs.animate(obj)
+    limbs.bake(obj)
     before = {}
     for frame in (3, 6):
         bpy.context.scene.frame_set(frame)
-        before[frame] = shown(obj)
+        before[frame] = limbs.shown(obj)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
     obj = bpy.data.objects["Limb"]
     meshes.activate(obj)
@@ -175,70 +159,70 @@ def test_a_bake_does_not_add_to_in_betweens(tmp_path):
     assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", tolerance_share=0) == {"FINISHED"}
     for frame, shape in before.items():
         bpy.context.scene.frame_set(frame)
-        assert np.abs(shown(obj) - shape).max() <= 0.005 * DIAGONAL
+        assert np.abs(limbs.shown(obj) - shape).max() <= 0.005 * limbs.DIAGONAL
     assert bpy.ops.meanvalue.unbake() == {"FINISHED"}
     bpy.context.scene.frame_set(1)
     for frame, shape in before.items():
         bpy.context.scene.frame_set(frame)
-        assert np.abs(shown(obj) - shape).max() <= 0.005 * DIAGONAL
+        assert np.abs(limbs.shown(obj) - shape).max() <= 0.005 * limbs.DIAGONAL
 
 
 def test_a_new_slider_beside_in_betweens_is_told_to_be_baked(capfd):
-    other = bending(60.0)
+    other = limbs.bending(60.0)
     other.name = "Source"
-    keys_of(other)["Bend"].value = 1.0
-    obj = bending()
-    bake(obj)
-    made = in_betweens_of(obj)
+    limbs.keys_of(other)["Bend"].value = 1.0
+    obj = limbs.bending()
+    limbs.bake(obj)
+    made = limbs.in_betweens_of(obj)
     assert bpy.ops.meanvalue.morph(source="Source") == {'FINISHED'}
     assert "Bake Mix" in capfd.readouterr().out
     assert not obj.meanvalue.mix.is_on
-    assert in_betweens_of(obj) == made
+    assert limbs.in_betweens_of(obj) == made
 
 
 def test_undo_of_bake_mix_brings_live_mixing_back():
-    obj = mixing()
+    obj = limbs.mixing()
     bpy.ops.ed.undo_push(message="before")
-    before = shown(obj)
-    bake(obj)
+    before = limbs.shown(obj)
+    limbs.bake(obj)
     bpy.ops.ed.undo_push(message="baked")
-    made = in_betweens_of(obj)
+    made = limbs.in_betweens_of(obj)
     bpy.ops.ed.undo()
     obj = bpy.data.objects["Limb"]
-    assert obj.meanvalue.mix.is_on and in_betweens_of(obj) == []
-    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    assert obj.meanvalue.mix.is_on and limbs.in_betweens_of(obj) == []
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-4)
     bpy.ops.ed.redo()
     obj = bpy.data.objects["Limb"]
-    assert not obj.meanvalue.mix.is_on and in_betweens_of(obj) == made
+    assert not obj.meanvalue.mix.is_on and limbs.in_betweens_of(obj) == made
 
 
 def test_in_betweens_are_saved_and_appended(tmp_path):
-    obj = bending()
-    bake(obj)
-    set_value(obj, "Bend", 0.5)
-    before, made = shown(obj), in_betweens_of(obj)
+    obj = limbs.bending()
+    limbs.bake(obj)
+    limbs.set_value(obj, "Bend", 0.5)
+    before, made = limbs.shown(obj), limbs.in_betweens_of(obj)
     path = str(tmp_path / "baked.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
     (obj,) = libraries.load(path, "objects", ["Limb"])
-    set_value(obj, "Bend", 0.0)
-    set_value(obj, "Bend", 0.5)
-    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
-    assert in_betweens_of(obj) == made
+    limbs.set_value(obj, "Bend", 0.0)
+    limbs.set_value(obj, "Bend", 0.5)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-4)
+    assert limbs.in_betweens_of(obj) == made
     steps.run(obj, "bake_mix", remove=True)
-    assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+    assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Bend"]
 
 
 def test_baked_anew_otherwise_and_taken_back(playing):
     """Between frames too, at one of which both bakes have a key."""
     bpy.context.scene.frame_set(7)
-    before = shown(playing)
+    before = limbs.shown(playing)
     playing.meanvalue.mix.is_on = True
     assert bpy.ops.meanvalue.bake(target='SHAPE_KEYS', tolerance_share=0, samples=2) == {'FINISHED'}
     bpy.context.scene.frame_set(7)
-    np.testing.assert_allclose(shown(playing), before, atol=1e-4)
+    np.testing.assert_allclose(limbs.shown(playing), before, atol=1e-4)
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
     bpy.context.view_layer.update()
     assert playing.meanvalue.mix.is_on
-    np.testing.assert_allclose(shown(playing), before, atol=1e-3)
-    assert [key.name for key in keys_of(playing)] == ["Basis", "Bend", MIX]
+    np.testing.assert_allclose(limbs.shown(playing), before, atol=1e-3)
+    assert [key.name for key in limbs.keys_of(playing)] == ["Basis", "Bend", limbs.MIX]

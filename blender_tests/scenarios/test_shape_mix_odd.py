@@ -5,20 +5,7 @@ import bpy
 import numpy as np
 import pytest
 from support import bent_limb, libraries, meshes, steps
-from support.mixed_limbs import (
-    MIX,
-    bending,
-    keys_of,
-    limb,
-    linear_miss,
-    miss,
-    mixing,
-    rest,
-    set_value,
-    shown,
-    status,
-    twin_of,
-)
+from support import mixed_limbs as limbs
 from support.snapshot import assert_same, snapshot
 
 
@@ -28,89 +15,89 @@ def remove_last(bm):
 
 
 def test_the_key_that_was_deleted_is_made_again():
-    obj = mixing()
-    before = shown(obj)
-    obj.shape_key_remove(keys_of(obj)[MIX])
+    obj = limbs.mixing()
+    before = limbs.shown(obj)
+    obj.shape_key_remove(limbs.keys_of(obj)[limbs.MIX])
     bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
 
 
 def test_mixing_goes_on_when_another_object_with_the_mesh_is_turned_off():
-    obj = mixing()
-    before = shown(obj)
-    twin = twin_of(obj)
+    obj = limbs.mixing()
+    before = limbs.shown(obj)
+    twin = limbs.twin_of(obj)
     twin.meanvalue.mix.is_on = False
     bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
 
 
 def test_renamed_while_live():
-    obj = mixing()
-    keys_of(obj)["Bend"].name = 'El"bow\\'
-    set_value(obj, 'El"bow\\', 0.25)
-    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+    obj = limbs.mixing()
+    limbs.keys_of(obj)["Bend"].name = 'El"bow\\'
+    limbs.set_value(obj, 'El"bow\\', 0.25)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 35.0)) <= 0.25 * limbs.linear_miss(140.0, 0.25)
 
 
 @pytest.mark.parametrize("value", [False, True])
 def test_switched_in_edit_mode(value):
-    obj = bending()
+    obj = limbs.bending()
     obj.meanvalue.mix.is_on = not value
-    set_value(obj, "Bend", 0.5)
+    limbs.set_value(obj, "Bend", 0.5)
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode="EDIT")
     obj.meanvalue.mix.is_on = value
     bpy.context.view_layer.update()
     bpy.ops.object.mode_set(mode="OBJECT")
     bpy.context.view_layer.update()
-    assert (MIX in keys_of(obj)) == value
+    assert (limbs.MIX in limbs.keys_of(obj)) == value
     if value:
-        assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+        assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 70.0)) <= 0.25 * limbs.linear_miss(140.0, 0.5)
     else:
-        assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+        assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Bend"]
 
 
 def test_faces_edited_while_live():
-    obj = mixing()
+    obj = limbs.mixing()
     steps.edit_mesh(obj, remove_last)
-    set_value(obj, "Bend", 0.4)
-    assert not status(obj)[1], status(obj)
+    limbs.set_value(obj, "Bend", 0.4)
+    assert not limbs.status(obj)[1], limbs.status(obj)
 
 
 def test_absolute_while_live_is_told_and_mended():
-    obj = mixing()
-    before = shown(obj)
+    obj = limbs.mixing()
+    before = limbs.shown(obj)
     obj.data.shape_keys.use_relative = False
     bpy.context.view_layer.update()
-    assert status(obj)[1] and "absolute" in status(obj)[0]
+    assert limbs.status(obj)[1] and "absolute" in limbs.status(obj)[0]
     obj.data.shape_keys.use_relative = True
     bpy.context.view_layer.update()
-    assert not status(obj)[1]
-    np.testing.assert_allclose(shown(obj), before, atol=1e-5)
+    assert not limbs.status(obj)[1]
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
 
 
 def test_all_keys_deleted_while_live():
-    obj = mixing()
+    obj = limbs.mixing()
     obj.shape_key_clear()
     bpy.context.view_layer.update()
-    assert status(obj)[1] and "no shape keys" in status(obj)[0]
+    assert limbs.status(obj)[1] and "no shape keys" in limbs.status(obj)[0]
 
 
 def test_muted_and_reordered_while_live():
-    obj = limb(Bend=bent_limb.bent(rest(), 140.0), Twist=bent_limb.twisted(rest(), 90.0))
+    obj = limbs.limb(Bend=bent_limb.bent(limbs.rest(), 140.0), Twist=bent_limb.twisted(limbs.rest(), 90.0))
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Twist", 0.7)
-    set_value(obj, "Bend", 0.5)
-    keys_of(obj)["Twist"].mute = True
+    limbs.set_value(obj, "Twist", 0.7)
+    limbs.set_value(obj, "Bend", 0.5)
+    limbs.keys_of(obj)["Twist"].mute = True
     bpy.context.view_layer.update()
-    assert miss(obj, bent_limb.bent(rest(), 70.0)) <= 0.25 * linear_miss(140.0, 0.5)
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 70.0)) <= 0.25 * limbs.linear_miss(140.0, 0.5)
     meshes.activate(obj)
-    keys_of(obj)["Twist"].mute = False
+    limbs.keys_of(obj)["Twist"].mute = False
     bpy.context.view_layer.update()
-    before = shown(obj)
+    before = limbs.shown(obj)
     obj.active_shape_key_index = 1
     bpy.ops.object.shape_key_move(type="DOWN")
     bpy.context.view_layer.update()
-    np.testing.assert_allclose(shown(obj), before, atol=1e-4)
+    np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-4)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
@@ -122,15 +109,15 @@ def test_tiny_meshes(count):
     with steps.refused("No in-between keys are needed" if count == 2 else "in one place", unchanged=obj):
         bpy.ops.meanvalue.bake_mix()
     obj.meanvalue.mix.is_on = True
-    set_value(obj, "Other", 0.5)
-    assert ("in one place" in status(obj)[0]) == (count < 2)
+    limbs.set_value(obj, "Other", 0.5)
+    assert ("in one place" in limbs.status(obj)[0]) == (count < 2)
     obj.meanvalue.mix.is_on = False
-    set_value(obj, "Other", 0.0)
+    limbs.set_value(obj, "Other", 0.0)
     assert_same(before, snapshot(obj))
 
 
 def test_a_linked_mesh_is_left_alone(tmp_path):
-    bending()
+    limbs.bending()
     path = str(tmp_path / "library.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
@@ -138,40 +125,40 @@ def test_a_linked_mesh_is_left_alone(tmp_path):
     for value in (True, False):
         obj.meanvalue.mix.is_on = value
         bpy.context.view_layer.update()
-        assert [key.name for key in keys_of(obj)] == ["Basis", "Bend"]
+        assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Bend"]
 
 
 def test_undone_and_redone_while_live():
-    obj = mixing(value=0.25)
+    obj = limbs.mixing(value=0.25)
     bpy.ops.ed.undo_push(message="quarter")
-    quarter = shown(obj)
-    set_value(obj, "Bend", 0.75)
+    quarter = limbs.shown(obj)
+    limbs.set_value(obj, "Bend", 0.75)
     bpy.ops.ed.undo_push(message="three quarters")
-    more = shown(obj)
+    more = limbs.shown(obj)
     bpy.ops.ed.undo()
-    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), quarter, atol=1e-4)
+    np.testing.assert_allclose(limbs.shown(bpy.data.objects["Limb"]), quarter, atol=1e-4)
     bpy.ops.ed.redo()
-    np.testing.assert_allclose(shown(bpy.data.objects["Limb"]), more, atol=1e-4)
+    np.testing.assert_allclose(limbs.shown(bpy.data.objects["Limb"]), more, atol=1e-4)
 
 
 @pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
 def test_mixing_waits_in_other_modes(mode):
-    obj = mixing()
+    obj = limbs.mixing()
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode=mode)
-    set_value(obj, "Bend", 0.25)
-    assert status(obj)[1] and "Mode" in status(obj)[0]
+    limbs.set_value(obj, "Bend", 0.25)
+    assert limbs.status(obj)[1] and "Mode" in limbs.status(obj)[0]
     bpy.ops.object.mode_set(mode='OBJECT')
     bpy.context.view_layer.update()
-    assert not status(obj)[1]
-    assert miss(obj, bent_limb.bent(rest(), 35.0)) <= 0.25 * linear_miss(140.0, 0.25)
+    assert not limbs.status(obj)[1]
+    assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 35.0)) <= 0.25 * limbs.linear_miss(140.0, 0.25)
 
 
 def test_live_posing_of_another_object_with_the_mesh_is_told():
-    obj = mixing()
-    twin = twin_of(obj)
+    obj = limbs.mixing()
+    twin = limbs.twin_of(obj)
     twin.meanvalue.live = True
-    set_value(obj, "Bend", 0.4)
-    said = [status(each)[0] for each in (obj, twin)]
+    limbs.set_value(obj, "Bend", 0.4)
+    said = [limbs.status(each)[0] for each in (obj, twin)]
     assert any("has the same mesh" in text for text in said), said
-    assert MIX in keys_of(obj), "the mix of the other object was not taken away"
+    assert limbs.MIX in limbs.keys_of(obj), "the mix of the other object was not taken away"

@@ -7,6 +7,11 @@
 #include <limits>
 #include <new>
 #include <thread>
+#include <vector>
+
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/physical_memory.h"
@@ -166,6 +171,74 @@ TEST(Memory, RunsOutInClipsAndMorphs) {
     EXPECT_GT(failed_everywhere([&] { morpher.solve({0.5, 0.5}, {}, execution); }), 5);
     EXPECT_EQ(morpher.solve({0.5, 0.5}, {}, execution).vertices, expected);
 }
+
+#ifdef __linux__
+/// As long as this lives, the process has room for `spare` more blocks of `size` floats, and for no others. Unlike
+/// FailingAllocation, it also holds for Eigen's matrices.
+class NoRoom {
+  public:
+    NoRoom(std::size_t spare, std::size_t size) {
+        blocks_.reserve(std::size_t{1} << 20);
+        getrlimit(RLIMIT_AS, &before_);
+        std::size_t pages = 0;
+        std::ifstream("/proc/self/statm") >> pages;
+        rlimit now = before_;
+        now.rlim_cur = pages * 4096;
+        setrlimit(RLIMIT_AS, &now);
+        try {
+            for (;;)
+                blocks_.emplace_back(size);
+        } catch (const std::bad_alloc&) {
+        }
+        blocks_.resize(blocks_.size() - std::min(spare, blocks_.size()));
+    }
+    NoRoom(const NoRoom&) = delete;
+    NoRoom& operator=(const NoRoom&) = delete;
+    ~NoRoom() { setrlimit(RLIMIT_AS, &before_); }
+
+  private:
+    rlimit before_ = {};
+    std::vector<std::vector<float>> blocks_;
+};
+
+TEST(Memory, ThatRunsOutForMoreGapsOfADragIsToldAndItGoesOn) {
+    if (!FailingAllocation::is_there()) GTEST_SKIP() << "sanitizers take memory of their own";
+    const Mesh tube = capped_tube(50, 1200, 60.0);
+    std::vector<Index> anchors;
+    for (Index vertex = 0; vertex < tube.vertices.rows(); ++vertex) {
+        if (std::abs(tube.vertices(vertex, 2) - 30.0) > 29.7) anchors.push_back(vertex);
+    }
+    ASSERT_GT(anchors.size(), 250U);
+    Binding binding = binding_of(tube, anchors, Method::kFast, 1);
+    binding.strengths.assign(anchors.size(), 10.0);
+    Execution execution;
+    const Deformer deformer(binding, execution);
+    Deformer::Drag drag(deformer);
+    const auto solved = [&](std::ptrdiff_t gaps) {
+        SolveOptions options;
+        options.weights.assign(anchors.size(), 1.0);
+        std::fill_n(options.weights.begin(), gaps, 0.0);
+        return drag.solve(rows_of(tube.vertices, anchors), options, execution).vertices;
+    };
+    solved(10);
+    solved(60);
+    int refused = 0;
+    for (const std::size_t spare : {1, 20, 60, 120}) {
+        const auto size = static_cast<std::size_t>(tube.vertices.rows());
+        try {
+            const NoRoom none(spare, size);
+            solved(250);
+        } catch (const std::bad_alloc&) {
+            ++refused;
+        } catch (const SolverFailure& error) {
+            EXPECT_TRUE(contains(error.what(), "too little memory")) << error.what();
+            ++refused;
+        }
+        EXPECT_LT(largest_distance(solved(60), tube.vertices), 1e-6) << spare;
+    }
+    EXPECT_GT(refused, 0);
+}
+#endif
 
 }  // namespace
 }  // namespace meanvalue::tests
