@@ -39,15 +39,35 @@ NOTHING_COLLECTED = 5  # by pytest, of what -k leaves of a file
 
 
 @dataclasses.dataclass(frozen=True)
-class Wine:
-    """Windows on this system. Its drive Z: is this system's root."""
+class Here:
+    """The system and the processor that this runs on, for real ones."""
 
     build: pathlib.Path
+    platforms = ()
+    numpy = "numpy"
+    has_same_bits = False  # in portable mode, as Linux' own wheel, which runs on Linux alone
+    python = (sys.executable,)
+
+    @property
+    def wheel_tag(self):
+        systems = {"win32": "win", "darwin": "macosx_11_0", "linux": "manylinux_2_28"}
+        return f"{systems[sys.platform]}_{platform.machine().lower()}"
+
+    @contextlib.contextmanager
+    def variables(self):
+        yield {}
+
+    def path(self, path):
+        return str(path)
+
+
+class Wine(Here):
+    """Windows on this system. Its drive Z: is this system's root."""
+
     platforms = ("win_amd64",)
     wheel_tag = "win_amd64"
-    #: Newer ones need a newer Wine.
-    numpy = "numpy==1.26.4"
-    has_same_bits = True  # in portable mode, as Linux' own wheel
+    numpy = "numpy==1.26.4"  # newer ones need a newer Wine
+    has_same_bits = True
 
     @property
     def python(self):
@@ -62,14 +82,12 @@ class Wine:
         return "Z:" + str(path).replace("/", "\\")
 
 
-@dataclasses.dataclass(frozen=True)
-class Qemu:
+class Qemu(Here):
     """Debian's Python for ARM, by the emulator that runs one program: nothing of this system is changed for it."""
 
-    build: pathlib.Path
     platforms = tuple(f"manylinux_2_{minor}_aarch64" for minor in range(17, 37))
     wheel_tag = "manylinux_2_28_aarch64"
-    numpy = "numpy==1.26.4"
+    numpy = Wine.numpy
     has_same_bits = True
 
     @property
@@ -85,35 +103,6 @@ class Qemu:
         launcher.write_text(f'#!/bin/sh\nexec qemu-aarch64 -L {folder} -0 "$0" {folder}/usr/bin/python{PYTHON} "$@"\n')
         launcher.chmod(0o755)
         yield {}
-
-    def path(self, path):
-        return str(path)
-
-
-@dataclasses.dataclass(frozen=True)
-class Here:
-    """The system and the processor that this runs on, for real ones."""
-
-    build: pathlib.Path
-    platforms = ()
-    numpy = "numpy"
-    has_same_bits = False  # a wheel for Linux to compare with runs on Linux alone
-
-    @property
-    def wheel_tag(self):
-        systems = {"win32": "win", "darwin": "macosx_11_0", "linux": "manylinux_2_28"}
-        return f"{systems[sys.platform]}_{platform.machine().lower()}"
-
-    @property
-    def python(self):
-        return [sys.executable]
-
-    @contextlib.contextmanager
-    def variables(self):
-        yield {}
-
-    def path(self, path):
-        return str(path)
 
 
 TARGETS = {"windows": Wine, "aarch64": Qemu, "here": Here}

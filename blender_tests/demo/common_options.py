@@ -6,11 +6,14 @@ import os
 from pathlib import Path
 
 
-def parser(name, description, subjects=(), only="", engine="cycles"):
-    """An ArgumentParser of `./dev demo NAME`. subjects: names that --only takes, if there are any; only: its help."""
+def of_demo(name, description, argv, subjects=(), only="", engine="cycles", flags=()):
+    """The words `argv` of `./dev demo NAME`. subjects: names that --only takes, if there are any; only: its help;
+    flags: {what turns something on: its help}."""
     made = argparse.ArgumentParser(prog=f"./dev demo {name}", description=description, allow_abbrev=False)
     add_options(made, subjects, only, samples=16, engine=engine)
-    return made
+    for flag in flags:
+        made.add_argument(flag, action="store_true", help=flags[flag])
+    return parse(made, argv)
 
 
 def add_options(made, subjects, only, samples, engine="cycles"):

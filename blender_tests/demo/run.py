@@ -17,7 +17,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, game_figure, pose, ready, report, stage, user_file
+from demo import arguments, built_in, common_options, game_figure, pose, ready, report, stage, user_file
 from demo.errors import DemoError
 from demo.example import run as example_run
 from demo.face import run as face_run
@@ -45,7 +45,10 @@ SPECIAL = {
 def main(argv):
     """Runs the demo; returns the exit status."""
     special = SPECIAL.get(argv[0]) if argv else None
-    options = special.options(argv[1:]) if special else arguments.parse(argv)
+    if special:
+        options = common_options.of_demo(argv[0], special.DESCRIPTION, argv[1:], **special.OPTIONS)
+    else:
+        options = arguments.parse(argv)
     try:
         make_folder(options.output)
         pose.install_addon(os.environ.get("MEANVALUE_ADDON_ZIP"))

@@ -161,26 +161,12 @@ def test_bytes_are_limited_but_the_newest_stays():
 # -- what a solve tells ------------------------------------------------------------------------------------------------
 
 
-def posed_grid(moved):
-    """Four vertices in a row: 0 and 1 anchors, 1 and 2 in the region; `moved` ones are moved in the pose."""
-    rest = np.zeros((4, 3), np.float32)
-    bind_input = BindInput(
-        rest=rest,
-        face_corners=np.arange(4, dtype=np.int32),
-        face_starts=np.zeros(1, np.int32),
-        anchors=np.array([0, 1], np.int32),
-        roi=np.array([False, True, True, False]),
-        method="full",
-        handles=np.zeros(2, np.int32),
-    )
-    pose = rest.copy()
-    pose[moved] += 1.0
-    return bind_input, pose[bind_input.anchors]
-
-
 @pytest.mark.parametrize(("moved", "warnings"), [([1], 0), ([], 1), ([0, 1], 1)])
 def test_poses_that_move_no_handle_or_one_outside_the_region_are_told(moved, warnings):
-    assert len(list(result.pose_warnings(*posed_grid(moved)))) == warnings
+    bind_input = square(anchors=np.array([0, 1]), roi=np.arange(9) % 3 > 0, handles=np.zeros(2, np.int32))
+    pose = bind_input.rest.copy()
+    pose[moved] += 1.0
+    assert len(list(result.pose_warnings(bind_input, pose[bind_input.anchors]))) == warnings
 
 
 # -- springs ---------------------------------------------------------------------------------------------------------

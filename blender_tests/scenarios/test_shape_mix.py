@@ -171,12 +171,7 @@ def test_undo_and_reload_keep_the_mix(tmp_path):
 
 @pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
 def test_animated_sliders_are_baked_frame_by_frame(tmp_path, target):
-    obj = limbs.bending()
-    limbs.animate(obj)
-    obj.meanvalue.mix.is_on = True
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
-    obj = bpy.data.objects["Limb"]
-    meshes.activate(obj)
+    obj = limbs.animated(tmp_path)
     bpy.context.scene.frame_set(1)
     before = snapshot(obj, without=("settings",))
     live = {}

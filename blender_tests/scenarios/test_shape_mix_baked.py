@@ -120,12 +120,7 @@ def test_ranges(low, high):
 @pytest.fixture
 def playing(tmp_path):
     """An animated mix in shape keys, frame by frame."""
-    obj = limbs.bending()
-    limbs.animate(obj)
-    obj.meanvalue.mix.is_on = True
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
-    obj = bpy.data.objects["Limb"]
-    meshes.activate(obj)
+    obj = limbs.animated(tmp_path)
     assert bpy.ops.meanvalue.bake(target="SHAPE_KEYS", tolerance_share=0) == {"FINISHED"}
     bpy.context.scene.frame_set(6)
     return obj

@@ -78,6 +78,15 @@ def animate(obj, frames=12):
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, frames
 
 
+def animated(tmp_path):
+    """A limb with an animated mix, in a saved file."""
+    obj = mixing()
+    animate(obj)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mix.blend"))
+    meshes.activate(obj)
+    return obj
+
+
 MIX = "Rotation-Aware Mix"
 
 

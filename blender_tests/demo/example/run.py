@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from support import meshes, steps
 
-from .. import common_options, pictures, pose, report, stage
+from .. import pictures, pose, report, stage
 from ..rig import figures
 from ..rig.run import add_body
 from . import limbs
@@ -20,11 +20,7 @@ ABOUT = (
 DESCRIPTION = """\
 Pose Like: Own Rig. A figure is posed by handles at hands, feet, elbows and knees, by the add-on's operators, without
 examples and with ten poses of its rig. Pictures of skinning, of the pose without and with examples, and a report."""
-
-
-def options(argv):
-    """The command line after `example`."""
-    return common_options.parse(common_options.parser("example", DESCRIPTION, engine="workbench"), argv)
+OPTIONS = {"engine": "workbench"}
 
 
 def blocks(words, empty_scene):

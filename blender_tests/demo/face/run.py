@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from support import faces, marked_face
 
-from .. import common_options, markers, pictures, pose, report, scene_mesh, stage
+from .. import markers, pictures, pose, report, scene_mesh, stage
 from . import plot
 
 FRAMES, SHOWN = 90, (1, 18, 34, 50, 66, 82)
@@ -27,11 +27,7 @@ DESCRIPTION = """\
 A generated head with a dozen shape keys and a generated capture of 60 markers with noise and gaps, in a space of its
 own: markers are matched by four picked pairs, and the values are baked, by the add-on's operators. A plot of the values
 beside the truth, a film strip of the face with the recorded markers, the .blend files and a report."""
-
-
-def options(argv):
-    """The command line after `face`."""
-    return common_options.parse(common_options.parser("face", DESCRIPTION, NOISES, "just one of the captures"), argv)
+OPTIONS = {"subjects": NOISES, "only": "just one of the captures"}
 
 
 def blocks(words, empty_scene):

@@ -7,7 +7,7 @@ from support import bent_tubes
 
 from native.benchmarks import rigid
 
-from .. import common_options, pictures, pose, report, stage
+from .. import pictures, pose, report, stage
 from ..example import limbs
 from ..example.run import draw_shapes, hold, posed
 from ..rig import figures
@@ -17,6 +17,7 @@ ABOUT = ("limbs that bend everywhere, and at the joints of their rigs",)
 DESCRIPTION = """\
 Bend At: the ends of a figure's arm and leg, of a hind leg and of a finger are moved by the add-on's operators. A
 picture of each, bent everywhere and at the rig's joints, and a report."""
+OPTIONS = {"engine": "workbench"}
 
 #: The first bone; for each below it where it begins, degrees that it is bent by at rest, and its name.
 HIND_LEG = ("thigh", (3.6, 50.0, "lower_leg"), (6.8, -70.0, "hind_foot"))
@@ -28,11 +29,6 @@ SUBJECTS = {  # how ends are moved, and degrees that they turn about Y; degrees 
 }
 #: Of limbs: how thick they are, over what length one bone's weights go over into the next one's; of what is held.
 RADIUS, WIDTH, GRIP = 0.6, 1.4, 0.9
-
-
-def options(argv):
-    """The command line after `joints`."""
-    return common_options.parse(common_options.parser("joints", DESCRIPTION, engine="workbench"), argv)
 
 
 def blocks(words, empty_scene):

@@ -7,25 +7,19 @@ import bpy
 import numpy as np
 from PIL import Image
 
-from .. import built_in, common_options, creature, markers, photograph, pose, stage
+from .. import built_in, creature, markers, photograph, pose, stage
 
 ABOUT = ("an animated octopus",)
 DESCRIPTION = """\
 The octopus lifts a tentacle by one anchor vertex, up and down, solved by the add-on's operators at each step: an
 animated picture."""
+OPTIONS = {"flags": {"--listing": "only the pictures of the extension's listing"}}
 
 STEPS = 13
 SECONDS = 0.08
 WIDTH, HEIGHT = 480, 320
 #: Pictures of the extension's listing, in the sizes that Blender's platform asks for.
 FEATURED, ICON = (1920, 1080), (256, 256)
-
-
-def options(argv):
-    """The command line after `lift`."""
-    made = common_options.parser("lift", DESCRIPTION)
-    made.add_argument("--listing", action="store_true", help="only the pictures of the extension's listing")
-    return common_options.parse(made, argv)
 
 
 def blocks(words, empty_scene):

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from support import figure_body, steps, walking_figure
 
-from .. import common_options, pose, report, scene_mesh, stage
+from .. import pose, report, scene_mesh, stage
 from ..example.run import draw_shapes
 from ..rig.run import BODY_COLOUR
 
@@ -22,11 +22,7 @@ ABOUT = (
 DESCRIPTION = """\
 Half a figure raises its arm, by the add-on's operators, as if it were all there is and below a Mirror modifier. A
 picture of it at rest and of both poses, all with the modifier on, the .blend file and a report."""
-
-
-def options(argv):
-    """The command line after `mirror`."""
-    return common_options.parse(common_options.parser("mirror", DESCRIPTION), argv)
+OPTIONS = {}
 
 
 def blocks(words, empty_scene):

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from support import meshes
 
-from .. import built_in, common_options, pictures, pose, report, row, scene_mesh, stage
+from .. import built_in, pictures, pose, report, row, scene_mesh, stage
 from . import subjects
 
 APART = 0.06  # left free between two figures, over the width of the widest
@@ -20,12 +20,7 @@ DESCRIPTION = """\
 Shape keys that turn instead of shrinking, a sequence from one creature to another, and a part that is grafted: by the
 add-on's operators on generated models. Pictures with straight lines above and the rotation-aware mix below, the .blend
 files and a report."""
-
-
-def options(argv):
-    """The command line after `morph`."""
-    parser = common_options.parser("morph", DESCRIPTION, subjects.MAKERS, "just one of the three")
-    return common_options.parse(parser, argv)
+OPTIONS = {"subjects": subjects.MAKERS, "only": "just one of the three"}
 
 
 def blocks(words, empty_scene):

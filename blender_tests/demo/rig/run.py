@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 from support import armatures, meshes, steps
 
-from .. import common_options, pictures, pose, report, scene_mesh, stage
+from .. import pictures, pose, report, scene_mesh, stage
 from . import figures
 
 BODY_COLOUR = (0.60, 0.42, 0.33)
@@ -20,11 +20,7 @@ ABOUT = ("correctives on posed rigs",)
 DESCRIPTION = """\
 Correctives on a posed rig: an elbow and a shoulder that skinning has collapsed are pushed out where they are seen, by
 the add-on's operators. Pictures of skinning alone, of the corrective, and of the arm at rest with the corrective."""
-
-
-def options(argv):
-    """The command line after `rig`."""
-    return common_options.parse(common_options.parser("rig", DESCRIPTION, engine="workbench"), argv)
+OPTIONS = {"engine": "workbench"}
 
 
 def blocks(words, empty_scene):

@@ -3,7 +3,7 @@
 
 import time
 
-from .. import common_options, pictures, report, row
+from .. import pictures, report, row
 from . import capture, gait, measures, real, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
@@ -18,15 +18,11 @@ DESCRIPTION = """\
 Motion capture without a skeleton, from the file to the picture: a generated figure is moved by a generated C3D file
 of 41 markers with gaps and noise. Import, match and bake by the add-on's operators, then film strips, the .blend and
 a report."""
-
-
-def options(argv):
-    """The command line after `walk`."""
-    parser = common_options.parser("walk", DESCRIPTION, subjects.GENERATED, "just one of the three motions")
-    parser.add_argument(
-        "--data", action="store_true", help="also real captures on real bodies, from ../shared/data where that is there"
-    )
-    return common_options.parse(parser, argv)
+OPTIONS = {
+    "subjects": subjects.GENERATED,
+    "only": "just one of the three motions",
+    "flags": {"--data": "also real captures on real bodies, from ../shared/data where that is there"},
+}
 
 
 def blocks(words, empty_scene):
