@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
-from .. import ids, wording
+from .. import wording
 from ..errors import SceneError
 from ..scene import mesh_arrays, shape_keys, subject, vertex_groups
 from ..widgets.background import BackgroundOperator
@@ -24,19 +24,14 @@ need the same faces"""
     problems = (shape_keys.absolute_problem,)
 
     source: StringProperty(
-        name="Source",
-        description="Object whose shape is taken. Left empty: the other mesh that is selected",
-        maxlen=ids.NAME_LENGTH,
+        name="Source", description="Object whose shape is taken. Left empty: the other mesh that is selected"
     )
     part: StringProperty(
         name="Part",
         description="Graft a part of the other mesh, where this vertex group has weights. Left empty: the whole shape",
-        maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
-    name: StringProperty(
-        name="Name", description="Name of the new shape key. Left empty: that of the source", maxlen=ids.NAME_LENGTH
-    )
+    name: StringProperty(name="Name", description="Name of the new shape key. Left empty: that of the source")
     value: FloatProperty(name="Value", description="Where the slider is at first", default=1.0, min=0.0, max=1.0)
 
     def run(self, obj):

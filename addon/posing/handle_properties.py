@@ -3,15 +3,7 @@
 
 import bpy
 import numpy as np
-from bpy.props import (
-    BoolProperty,
-    EnumProperty,
-    FloatProperty,
-    FloatVectorProperty,
-    IntProperty,
-    PointerProperty,
-    StringProperty,
-)
+from bpy import props
 
 from .. import ids
 from ..errors import SceneError
@@ -60,68 +52,65 @@ def _paint(handle, _context):
 class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
     """Vertices that are anchors: a handle or a pin"""
 
-    name: StringProperty(
+    name: props.StringProperty(
         name="Name",
         description="Name of the handle. Where it was made of a vertex group, the group whose vertices hold the mesh",
-        maxlen=ids.NAME_LENGTH,
         update=_choose_name,
     )
-    mark: IntProperty(options={'HIDDEN'})  # what its vertices have, see bridge/members.py; 0: it has a vertex group's
-    is_enabled: BoolProperty(
+    mark: props.IntProperty(options={'HIDDEN'})  # of its vertices, see bridge/members.py; 0: it has a vertex group's
+    is_enabled: props.BoolProperty(
         name="Enabled",
         description="Let these vertices hold and pose the mesh. Off, they move like all others",
         default=True,
         update=tell,
     )
-    follows: EnumProperty(
+    follows: props.EnumProperty(
         name="Follows",
         description="What these vertices follow",
         items=(
             ('CONTROL', "Control", "An object or a bone: move, turn or scale it", 'EMPTY_AXIS', 1),
             ('REST', "Nothing", "A pin: the vertices stay where the rest shape has them", 'PINNED', 2),
         ),
-        default='CONTROL',
         update=tell,
     )
-    control: aside(PointerProperty)(
+    control: aside(props.PointerProperty)(
         name="Control",
         description="Object that these vertices follow when it is moved, turned or scaled",
         type=bpy.types.Object,
         poll=lambda handle, candidate: candidate != handle.id_data,
         update=lambda handle, _context: choose_control(handle),
     )
-    bone: aside(StringProperty)(
+    bone: aside(props.StringProperty)(
         name="Bone",
         description="Bone of the armature that these vertices follow",
-        maxlen=ids.NAME_LENGTH,
         update=lambda handle, _context: choose_control(handle),
     )
-    rest_relation: aside(FloatVectorProperty)(
+    rest_relation: aside(props.FloatVectorProperty)(
         description="Control relative to the object where the vertices are in the rest shape, row by row",
         size=16,
         default=IDENTITY,
         options={'HIDDEN'},
     )
-    attached: aside(PointerProperty)(type=bpy.types.Object, options={'HIDDEN'})  # whose place at rest is known
-    attached_bone: aside(StringProperty)(options={'HIDDEN'})
-    control_frame: aside(FloatVectorProperty)(
+    attached: aside(props.PointerProperty)(type=bpy.types.Object, options={'HIDDEN'})  # whose place at rest is known
+    attached_bone: aside(props.StringProperty)(options={'HIDDEN'})
+    control_frame: aside(props.FloatVectorProperty)(
         description="What takes the object's uneven scale out where the control stands, row by row",
         size=9,
         default=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         options={'HIDDEN'},
     )
-    control_carried: aside(FloatVectorProperty)(
+    control_carried: aside(props.FloatVectorProperty)(
         description="The parent inverse that the add-on gave to the control, row by row, to stand where it is seen",
         size=16,
         default=IDENTITY,
         options={'HIDDEN'},
     )
-    is_soft: BoolProperty(
+    is_soft: props.BoolProperty(
         name="Soft",
         description="Pull the vertices towards their place by springs instead of putting them there",
         update=tell,
     )
-    strength: FloatProperty(
+    strength: props.FloatProperty(
         name="Strength",
         description="How hard a soft handle pulls: at 0 hardly at all, at 1 nearly as if it were not soft",
         default=0.5,
@@ -130,11 +119,11 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         subtype='FACTOR',
         update=tell,
     )
-    size: aside(FloatProperty)(
+    size: aside(props.FloatProperty)(
         description="How far its surroundings follow, as a share of the mesh's size; 0 if they were not made by size",
         options={'HIDDEN'},
     )
-    color: aside(FloatVectorProperty)(
+    color: aside(props.FloatVectorProperty)(
         name="Color",
         description="Color of the handle in the overlay, and of its control",
         subtype='COLOR_GAMMA',  # points are drawn in it as it is
@@ -144,8 +133,8 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         default=(1.0, 0.55, 0.1),
         update=_paint,
     )
-    made_group: aside(StringProperty)(options={'HIDDEN'})  # group that an older version made: Remove takes it away
-    made_control: aside(BoolProperty)(options={'HIDDEN'})
-    is_pin: aside(BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
-    marker: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this marker
-    cuff: aside(StringProperty)(options={'HIDDEN'})  # Match Markers made it for this ring of skin
+    made_group: aside(props.StringProperty)(options={'HIDDEN'})  # that an older version made: Remove takes it away
+    made_control: aside(props.BoolProperty)(options={'HIDDEN'})
+    is_pin: aside(props.BoolProperty)(options={'HIDDEN'})  # pinned where it was posed: its control is there to stay
+    marker: aside(props.StringProperty)(options={'HIDDEN'})  # Match Markers made it for this marker
+    cuff: aside(props.StringProperty)(options={'HIDDEN'})  # Match Markers made it for this ring of skin

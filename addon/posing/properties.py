@@ -2,15 +2,7 @@
 """What posing keeps on an object, in `object.meanvalue`."""
 
 import bpy
-from bpy.props import (
-    BoolProperty,
-    CollectionProperty,
-    EnumProperty,
-    FloatProperty,
-    IntProperty,
-    PointerProperty,
-    StringProperty,
-)
+from bpy import props
 
 from .. import ids
 from ..scene import along, pose_key, worn
@@ -22,10 +14,10 @@ from .live import follower
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
     """What the mesh was bound as, see posing/bridge/posing.py: a count for messages, and digests"""
 
-    is_bound: BoolProperty()
-    vertex_count: IntProperty()
-    faces: StringProperty()
-    rest_shape: StringProperty()
+    is_bound: props.BoolProperty()
+    vertex_count: props.IntProperty()
+    faces: props.StringProperty()
+    rest_shape: props.StringProperty()
 
 
 def _choose_region(settings, context):
@@ -52,11 +44,11 @@ def _tick(line, context):
 class MEANVALUE_PG_along(bpy.types.PropertyGroup):
     """An object that goes along with the mesh when it is posed"""
 
-    object: PointerProperty(type=bpy.types.Object)
-    is_taken: BoolProperty(
+    object: props.PointerProperty(type=bpy.types.Object)
+    is_taken: props.BoolProperty(
         name="Goes Along", description="Have this object go along when the mesh is posed", default=True, update=_tick
     )
-    kind: EnumProperty(
+    kind: props.EnumProperty(
         name="Kind",
         description="How the object goes along",
         items=(
@@ -71,20 +63,19 @@ class MEANVALUE_PG_along(bpy.types.PropertyGroup):
 class Settings:
     """Annotations for the property group of an object, see addon/properties.py"""
 
-    handles: CollectionProperty(type=MEANVALUE_PG_handle)
-    active_handle: aside(IntProperty)(name="Active Handle", min=0)
-    live: aside(BoolProperty)(
+    handles: props.CollectionProperty(type=MEANVALUE_PG_handle)
+    active_handle: aside(props.IntProperty)(name="Active Handle", min=0)
+    live: aside(props.BoolProperty)(
         name="Live",
         description="Pose the mesh at once whenever a handle or a setting changes",
         update=lambda settings, _context: follower.turned(settings.id_data),
     )
-    roi_group: StringProperty(
+    roi_group: props.StringProperty(
         name="Region",
         description="Vertex group of the vertices that may move; weights are a falloff. Without a group, all may move",
-        maxlen=ids.NAME_LENGTH,
         update=_choose_region,
     )
-    symmetric: EnumProperty(
+    symmetric: props.EnumProperty(
         name="Symmetric",
         description="Do what a handle does mirrored on the other side, too. For meshes that are the same on both sides",
         items=(
@@ -93,10 +84,9 @@ class Settings:
             ('Y', "Y", "The front and the back are mirrored"),
             ('Z', "Z", "Top and bottom are mirrored"),
         ),
-        default='NONE',
         update=tell,
     )
-    method: EnumProperty(
+    method: props.EnumProperty(
         name="Method",
         description="How the shape is found",
         items=(
@@ -104,10 +94,9 @@ class Settings:
             (ids.METHOD_PAPER, "Paper", "The hierarchical decoding of Kraevoy and Sheffer"),
             (ids.METHOD_FULL, "Full", "The paper's energy minimized over the whole mesh at once. Slow on big meshes"),
         ),
-        default=ids.METHOD_FAST,
         update=tell,
     )
-    rigidity: FloatProperty(
+    rigidity: props.FloatProperty(
         name="Rigidity",
         description="From soft (0 to 5: parts grow and shrink freely) to stiff (100: parts keep their lengths)",
         default=ids.DEFAULT_RIGIDITY,
@@ -116,7 +105,7 @@ class Settings:
         max=1e6,
         update=tell,
     )
-    bend_at: EnumProperty(
+    bend_at: props.EnumProperty(
         name="Bend At",
         description="Where limbs are stiff, and where they bend",
         items=(
@@ -125,19 +114,18 @@ class Settings:
             (ids.BEND_POSES, "Kept Poses", "It bends where kept poses do: keep two or more that bend all joints"),
             (ids.BEND_PAINTED, "Painted", "What a vertex group has bends and stretches less"),
         ),
-        default=ids.BEND_EVERYWHERE,
         update=tell,
     )
-    show_joints: aside(BoolProperty)(
+    show_joints: aside(props.BoolProperty)(
         name="Show Joints", description="Tint the mesh where it bends in place of the region", update=tell
     )
-    stretch: aside(BoolProperty)(
+    stretch: aside(props.BoolProperty)(
         name="Stretch", description="Let limbs stretch to where handles are, however far that is", update=tell
     )
-    stiffness_group: StringProperty(
+    stiffness_group: props.StringProperty(
         name="Limbs", description="Vertex group of limbs, without their joints", update=_paint
     )
-    pose_like: EnumProperty(
+    pose_like: props.EnumProperty(
         name="Pose Like",
         description="What shows how the mesh bends",
         items=(
@@ -145,29 +133,26 @@ class Settings:
             (ids.LIKE_KEYS, "Own Shape Keys", "It bends as its own shape keys at value 1 do, if they are not muted"),
             (ids.LIKE_RIG, "Own Rig", "It bends as its rig does in the poses that Sample Rig Poses keeps"),
         ),
-        default=ids.LIKE_NOTHING,
         update=tell,
     )
-    loose_parts: EnumProperty(
+    loose_parts: props.EnumProperty(
         name="Loose Parts",
         description="What becomes of parts that no handle and no pin holds, such as eyes, teeth and buttons",
         items=(
             (ids.LOOSE_FOLLOW, "Follow", "They go along with the nearest surface that is held. Clothes bend with it"),
             (ids.LOOSE_STAY, "Stay", "They keep their place"),
         ),
-        default=ids.LOOSE_FOLLOW,
         update=tell,
     )
-    close_seams: BoolProperty(
+    close_seams: props.BoolProperty(
         name="Close Seams",
         description="Vertices of open borders in one place move as one, as where a texture or a sharp edge splits them",
         default=True,
         update=tell,
     )
-    merge_distance: FloatProperty(
+    merge_distance: props.FloatProperty(
         name="Merge Distance",
         description="Vertices this near to each other move as one too: closes seams that gape, and joins layers",
-        default=0.0,
         min=0.0,
         soft_max=0.01,
         precision=5,
@@ -175,25 +160,24 @@ class Settings:
         subtype='DISTANCE',
         update=tell,
     )
-    result_key: StringProperty(
+    result_key: props.StringProperty(
         name="Result",
         description="Shape key that Solve and Live write, made if it is missing",
-        maxlen=ids.NAME_LENGTH,
         get=pose_key.get_name,
         set=pose_key.choose,
         update=tell,
     )
-    result_name: aside(StringProperty)(default=ids.DEFAULT_RESULT_KEY, options={'HIDDEN'})  # when it was written last
-    result_mark: aside(FloatProperty)(options={'HIDDEN'})  # of the shape key that is the result, see scene/key_marks.py
-    made_region: aside(StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
-    show_overlay: aside(BoolProperty)(
+    result_name: aside(props.StringProperty)(default=ids.DEFAULT_RESULT_KEY, options={'HIDDEN'})  # as it was last
+    result_mark: aside(props.FloatProperty)(options={'HIDDEN'})  # of the result's shape key, see scene/key_marks.py
+    made_region: aside(props.StringProperty)(options={'HIDDEN'})  # the vertex group that was made for a region
+    show_overlay: aside(props.BoolProperty)(
         name="Overlay", description="Show handles, pins and region in the 3D View", default=True
     )
-    version: aside(IntProperty)(options={'HIDDEN'})  # of these settings when it was bound, see old_files.py
-    along: aside(CollectionProperty)(type=MEANVALUE_PG_along)  # see scene/worn.py
-    active_along: aside(IntProperty)(name="Active Object", min=0)
-    bound: aside(PointerProperty)(type=MEANVALUE_PG_bound_record)
-    is_control: aside(BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
-    influence: aside(FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture
+    version: aside(props.IntProperty)(options={'HIDDEN'})  # of these settings when it was bound, see old_files.py
+    along: aside(props.CollectionProperty)(type=MEANVALUE_PG_along)  # see scene/worn.py
+    active_along: aside(props.IntProperty)(name="Active Object", min=0)
+    bound: aside(props.PointerProperty)(type=MEANVALUE_PG_bound_record)
+    is_control: aside(props.BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
+    influence: aside(props.FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture
         name="Influence", default=1.0, min=0.0, max=1.0, update=tell
     )

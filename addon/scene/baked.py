@@ -7,7 +7,6 @@ import json
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import ids
 from ..rooms import ALL
 
 #: What a bake may play from.
@@ -18,7 +17,7 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     """What a bake has made of the object, so that it can be taken back. Lists are JSON"""
 
     target: StringProperty()  # "" for none
-    modifier: StringProperty(maxlen=ids.NAME_LENGTH)
+    modifier: StringProperty()
     keys: StringProperty()
     muted: StringProperty()
     was_live: BoolProperty()

@@ -26,45 +26,19 @@ from .core.seen_space import SeenSpace
 
 #: Modifiers that only move vertices. Simulations are not asked: that would disturb their caches.
 DEFORMING = {
-    'ARMATURE',
-    'CAST',
-    'CORRECTIVE_SMOOTH',
-    'CURVE',
-    'DISPLACE',
-    'HOOK',
-    'LAPLACIANDEFORM',
-    'LAPLACIANSMOOTH',
-    'LATTICE',
-    'MESH_CACHE',
-    'MESH_DEFORM',
-    'MESH_SEQUENCE_CACHE',
-    'NODES',
-    'SHRINKWRAP',
-    'SIMPLE_DEFORM',
-    'SMOOTH',
-    'SURFACE_DEFORM',
-    'VOLUME_DISPLACE',
-    'WARP',
-    'WAVE',
-}
+    'ARMATURE', 'CAST', 'CORRECTIVE_SMOOTH', 'CURVE', 'DISPLACE', 'HOOK', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH',
+    'LATTICE', 'MESH_CACHE', 'MESH_DEFORM', 'MESH_SEQUENCE_CACHE', 'NODES', 'SHRINKWRAP', 'SIMPLE_DEFORM', 'SMOOTH',
+    'SURFACE_DEFORM', 'VOLUME_DISPLACE', 'WARP', 'WAVE',
+}  # fmt: skip
 
 #: Those of them where a vertex depends on its neighbours: what one does when it moves alone is not what the whole does.
 NEIGHBOURLY = {'CORRECTIVE_SMOOTH', 'LAPLACIANDEFORM', 'LAPLACIANSMOOTH', 'NODES', 'SMOOTH'}
 
 #: Modifiers that leave vertices alone.
 HARMLESS = {
-    'COLLISION',
-    'DATA_TRANSFER',
-    'NORMAL_EDIT',
-    'PARTICLE_SYSTEM',
-    'SURFACE',
-    'UV_PROJECT',
-    'UV_WARP',
-    'VERTEX_WEIGHT_EDIT',
-    'VERTEX_WEIGHT_MIX',
-    'VERTEX_WEIGHT_PROXIMITY',
-    'WEIGHTED_NORMAL',
-}
+    'COLLISION', 'DATA_TRANSFER', 'NORMAL_EDIT', 'PARTICLE_SYSTEM', 'SURFACE', 'UV_PROJECT', 'UV_WARP',
+    'VERTEX_WEIGHT_EDIT', 'VERTEX_WEIGHT_MIX', 'VERTEX_WEIGHT_PROXIMITY', 'WEIGHTED_NORMAL',
+}  # fmt: skip
 
 #: Parents that deform their children as a modifier does.
 DEFORMING_PARENTS = {'ARMATURE', 'LATTICE', 'CURVE'}

@@ -4,7 +4,6 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
-from .. import ids
 from ..baking import properties as baking
 from ..scene.declarations import aside
 from .bridge import driven_keys
@@ -44,7 +43,7 @@ OPTIONS = {
         ),
         default=STILL,
     ),
-    "bone": StringProperty(name="Bone", description="Bone that carries the head", maxlen=ids.NAME_LENGTH),
+    "bone": StringProperty(name="Bone", description="Bone that carries the head"),
     "tolerance": FloatProperty(
         name="Tolerance",
         description="As few keyframes are made as keep every value within this; at 0 one for each frame",

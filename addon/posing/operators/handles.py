@@ -41,14 +41,10 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     group: bpy.props.StringProperty(
         name="Vertex Group",
         description="Vertex group to use. If empty: the selected vertices in Edit Mode, else the active group",
-        maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
     name: bpy.props.StringProperty(
-        name="Name",
-        description="Name of the handle that is made of selected vertices",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
+        name="Name", description="Name of the handle that is made of selected vertices", options={'SKIP_SAVE'}
     )
     live: bpy.props.BoolProperty(
         name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
@@ -56,7 +52,6 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     size: bpy.props.FloatProperty(
         name="Size",
         description="How far the surroundings follow, as a share of the mesh's size. At 0 the region stays as it is",
-        default=0.0,
         min=0.0,
         soft_max=1.0,
         max=3.0,

@@ -63,7 +63,6 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     name: bpy.props.StringProperty(
         name="Name",
         description="Name of the new shape key. If empty: that of the part that is posed",
-        maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
 
@@ -146,7 +145,6 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             ('REST', "As Rest Shape", "Make the pose the rest shape. Other shape keys go along", 'MESH_DATA', 1),
             ('NOTHING', "Nothing", "Take the pose back", 'X', 2),
         ),
-        default='SHAPE_KEY',
     )
 
     @classmethod

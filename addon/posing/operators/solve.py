@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from ... import ids, wording
+from ... import wording
 from ...errors import SceneError
 from ...scene import along, shape_keys, subject
 from ...solver.core import result
@@ -103,7 +103,6 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     key: bpy.props.StringProperty(
         name="Shape Key",
         description="Shape key in which vertices of handles were moved. If empty, the active one",
-        maxlen=ids.NAME_LENGTH,
         options={'SKIP_SAVE'},
     )
 
