@@ -8,11 +8,11 @@ from bpy.props import FloatProperty, StringProperty
 from .. import wording
 from ..errors import SceneError
 from ..scene import mesh_arrays, shape_keys, subject, vertex_groups
+from ..scene.core import motion, point_sets
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
-from .bridge import mixed_keys, morph_source
+from .bridge import mixed_keys
 from .bridge.morphers import InBetweenSearch
-from .core import grafting
 
 
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):
@@ -45,15 +45,15 @@ need the same faces"""
             raise SceneError(
                 f"'{source.name}' {has[0]}, '{obj.name}' {has[1]}. If their faces are not the same, use Wrap"
             )
-        shape, is_laid = morph_source.in_place(source, obj)
+        shape, is_laid = mixed_keys.shape_of(source, obj)
         if self.part:  # its border meets that of the mesh
             vertex_groups.require(obj, self.part, "the part", "Assign the part to one, and make it the active group")
             mask = vertex_groups.weights(obj, [self.part])[self.part]
             if not mask.any():
                 group = f"The vertex group '{self.part}'"
                 raise SceneError(f"{group} has no vertices with a weight above zero. Assign the part")
-            border = grafting.border(mask, mesh_arrays.edges(obj.data))
-            shape = grafting.placed(shape, shape_keys.rest_positions(obj.data), border)
+            border = point_sets.border(mask, mesh_arrays.edges(obj.data))
+            shape = motion.placed(shape, shape_keys.rest_positions(obj.data), border)
         key = shape_keys.add_shape(obj, self.name.strip() or source.name, np.asarray(shape, np.float32))
         key.vertex_group, key.value = self.part, self.value
         name = key.name

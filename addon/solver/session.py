@@ -138,7 +138,7 @@ class Drag:
     binding  None while the mesh is being bound: there are drafts by a Job's `early` then, and no native Drag
     answer   n x 3 float32: the last; where it began before that
     drafted  the bridge.targets.Targets of which a draft is shown, or None
-    snaps    the posing.core.snap_watch.SnapWatch of its answers, or None
+    snaps    the posing.live.live_targets.SnapWatch of its answers, or None
     frame    of the scene, that its last settled answer is of, or that it began at
     """
 

@@ -9,12 +9,11 @@ import pytest
 from support import bent_tubes
 
 from addon.errors import CacheError, SceneError
-from addon.posing.core import far_poses, joints, segments, springs
+from addon.posing.core import joints, segments, springs
 from addon.posing.core.bind_input import BindInput, anchor_layout
-from addon.scene.core import whole_files
+from addon.scene.core import motion, whole_files
 from addon.scene.core.key_shapes import KeyShapes, Slider
 from addon.scene.core.point_sets import require_finite
-from addon.scene.core.whole_files import file_name
 from addon.solver.core import fingerprint, result
 from addon.solver.session import DeformerCache
 
@@ -207,16 +206,16 @@ def bent(angle, turn=0.0):
 
 def test_the_farthest_come_first_and_those_alike_not_at_all():
     poses = np.array([bent(angle, 3.0 * angle) for angle in (0.0, 0.4, 1.5, 1.5, -1.0, 0.01)])
-    assert far_poses.differing(bent(0.0), poses, 1, 0.02) == [2]
-    assert far_poses.differing(bent(0.0), poses, 2, 0.02) == [2, 4]
-    assert far_poses.differing(bent(0.0), poses, 9, 0.02) == [1, 2, 4]
-    assert far_poses.differing(bent(0.0), poses[:1], 9, 0.02) == []
+    assert motion.differing(bent(0.0), poses, 1, 0.02) == [2]
+    assert motion.differing(bent(0.0), poses, 2, 0.02) == [2, 4]
+    assert motion.differing(bent(0.0), poses, 9, 0.02) == [1, 2, 4]
+    assert motion.differing(bent(0.0), poses[:1], 9, 0.02) == []
 
 
 def test_distances_leave_out_place_and_turn():
     poses = np.array([bent(0.8, 2.0), bent(0.8), bent(0.2)])
-    assert np.allclose(far_poses.distances_from(bent(0.8), poses)[:2], 0.0, atol=1e-6)
-    assert far_poses.distances_from(bent(0.8), poses)[2] > 0.05
+    assert np.allclose(motion.distances_from(bent(0.8), poses)[:2], 0.0, atol=1e-6)
+    assert motion.distances_from(bent(0.8), poses)[2] > 0.05
 
 
 # -- shapes of keys ----------------------------------------------------------------------------------------------------
@@ -355,8 +354,8 @@ def test_kept_poses_tell_where_a_limb_bends():
     ],
 )
 def test_names_that_every_system_takes(name, expected):
-    assert file_name(name) == expected
-    assert file_name(expected) == expected
+    assert whole_files.file_name(name) == expected
+    assert whole_files.file_name(expected) == expected
     assert not pathlib.PureWindowsPath(expected + ".pc2").is_reserved()
 
 

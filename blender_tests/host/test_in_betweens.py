@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from addon.mixing.core import grafting, in_betweens
+from addon.mixing.core import in_betweens
 from addon.mixing.core.mix_input import MixInput
+from addon.scene.core import motion, point_sets
 from addon.scene.core.key_shapes import Slider
 from addon.solver.job import result_of
 
@@ -146,16 +147,16 @@ def test_a_part_is_placed_by_its_border():
     other[12:] *= 1.7
     edges = np.array([(index, index + 1) for index in range(19)])
     mask = np.r_[np.zeros(6), 0.2, 0.4, 0.6, 0.8, np.ones(10)]
-    at = grafting.border(mask, edges)
+    at = point_sets.border(mask, edges)
     assert set(range(6, 10)) <= set(at)
     cosine, sine = math.cos(1.0), math.sin(1.0)
     moved = 3.0 * other @ np.array([(cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)]) + (1.0, -2.0, 5.0)
-    np.testing.assert_allclose(grafting.placed(moved, rest, at), other, atol=1e-6)
+    np.testing.assert_allclose(motion.placed(moved, rest, at), other, atol=1e-6)
 
 
 def test_a_hard_border_is_that_of_the_edges():
     edges = np.array([(0, 1), (1, 2), (2, 3)])
-    assert grafting.border(np.array([0.0, 0.0, 1.0, 1.0]), edges).tolist() == [1, 2]
+    assert point_sets.border(np.array([0.0, 0.0, 1.0, 1.0]), edges).tolist() == [1, 2]
 
 
 def test_what_is_nothing_at_the_end_of_a_slider_stays_so():

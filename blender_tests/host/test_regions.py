@@ -9,7 +9,7 @@ import pytest
 
 from addon.posing.core import springs
 from addon.posing.core.bind_input import soft_border
-from addon.posing.core.tinted_faces import tinted_faces
+from addon.scene.core.point_sets import tinted_faces
 
 NO_FACES = np.empty((0, 3), np.int32)
 

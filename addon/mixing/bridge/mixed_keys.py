@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shape keys that a rotation-aware mix is made of. Their sliders, groups and switches are Blender's own.
-And those that stand for a mix, each driven by the sliders that it is a correction of."""
+And those that stand for a mix, each driven by the sliders that it is a correction of; and the shape of another object,
+for a key of this one."""
 
 import bpy
 import numpy as np
 
 from ... import ids, wording
-from ...errors import require_none
-from ...scene import actions, kept, key_marks, key_reading, mesh_arrays, mirrors, object_model, shape_keys
+from ...errors import SceneError, require_none
+from ...scene import actions, kept, key_marks, key_reading, mesh_arrays, mirrors, object_model, shape_keys, subject
 from ...scene.baked import names_in
-from ...scene.core import welding
+from ...scene.core import motion, welding
+from ...scene.core.key_shapes import KeyShapes
+from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 from ..core import in_betweens
 from ..core.mix_input import MixInput
@@ -158,3 +161,29 @@ def remove_in_betweens(obj):
     names = in_between_names(obj)
     shape_keys.remove(obj, names)
     return len(names)
+
+
+def shape_of(source, obj):
+    """(n x 3: the shape of `source` in the space of `obj`, whether its origin was laid on that of `obj`).
+
+    It is the rest shape with the shape keys as they are set and no modifiers, turned and scaled as it is to be seen. It
+    counts where it stands, or as if it stood at the same origin, as one who stands beside does: whichever is nearer to
+    the rest shape. @throws SceneError.
+    """
+    keys = source.data.shape_keys
+    if source.data.is_editmode:
+        raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")
+    keys = keys.key_blocks[1:] if keys is not None and keys.use_relative else ()
+    keys = [key for key in keys if key.value and not key.mute]
+    shapes = KeyShapes(**key_reading.parts(source, [key_reading.slider_of(source, key) for key in keys]))
+    shape = shapes.mixed([key.value for key in keys])
+    require_finite(shape, f"shape of '{source.name}'")
+    shape = shape.astype(np.float32)
+    own, other = subject.to_world(obj), subject.to_world(source)
+    if motion.same(own, other):
+        return shape, False
+    matrix = np.linalg.inv(own) @ other
+    rest = shape_keys.rest_positions(obj.data)
+    stands, laid = motion.apply(matrix, shape), motion.apply(motion.affine(matrix[:3, :3]), shape)
+    is_laid = bool(np.linalg.norm(laid - rest) < np.linalg.norm(stands - rest))
+    return laid if is_laid else stands, is_laid

@@ -8,11 +8,10 @@ import numpy as np
 from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import frames, key_marks, key_reading, rig_space, shape_keys
-from ...scene.core import point_sets, sample_times
+from ...scene.core import motion, point_sets, sample_times
 from ...scene.core.key_shapes import KeyShapes, Slider
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
-from ..core import far_poses
 
 
 def keys(obj):
@@ -88,7 +87,7 @@ class RigPoses:
         rows = slice(None, None, -(-len(self._rest) // MOST_VERTICES))
         poses = yield from frames.visit(scene, self._times, lambda: self._seen(find())[rows].copy())
         least = SAME_POSE * point_sets.bounding_box_diagonal(self._rest)
-        chosen = self._times[far_poses.differing(self._rest[rows], np.array(poses), self._most, least)]
+        chosen = self._times[motion.differing(self._rest[rows], np.array(poses), self._most, least)]
         if not len(chosen):
             first, last = (sample_times.named(self._times[row]) for row in (0, -1))
             raise SceneError(f"'{find().name}' keeps its shape from frame {first} to {last}. Animate its rig there")

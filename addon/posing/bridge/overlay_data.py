@@ -13,7 +13,8 @@ import numpy as np
 
 from ... import compat
 from ...scene import kept, mesh_arrays, mirrors, object_model, shape_keys, shown_shape
-from ..core import bind_input, joints, tinted_faces
+from ...scene.core.point_sets import tinted_faces
+from ..core import bind_input, joints
 from . import members, region, scene_input, targets
 
 
@@ -94,7 +95,7 @@ def _read(obj, stamp, positions):
         copies = kept.copies(obj, rest)
         freedom = scene_input.effective_region(region.known_weights(obj, 1.0), copies, twins)
     if len(freedom):
-        tinted, corners = tinted_faces.tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
+        tinted, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data, faces[0]), freedom > 0.0)
         freedom = freedom[tinted]
     return Look(stamp, anchors, handles, tinted, freedom.astype(np.float32), corners, positions, of_joints)
 

@@ -11,8 +11,7 @@ from ...scene import actions, along, mesh_arrays, pose_key, rig_space, shape_key
 from ...solver import session
 from ...solver.core import result
 from ..bridge import controls, posing, scene_input, targets
-from ..core.snap_watch import SnapWatch
-from .live_targets import EarlyPoses, LiveTargets
+from .live_targets import EarlyPoses, LiveTargets, SnapWatch
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
 #: own tolerance is 1e-4): a shape that was reopened or undone is not written again.

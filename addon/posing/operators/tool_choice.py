@@ -13,9 +13,9 @@ from mathutils import Vector
 
 from ...errors import MeanValueError
 from ...scene import mesh_arrays, shown_shape, subject, views
+from ...scene.core.point_sets import tinted_faces
 from ...widgets import picking
 from ..bridge import limbs, new_handles, region
-from ..core.tinted_faces import tinted_faces
 
 TOOL = "meanvalue.grab"
 

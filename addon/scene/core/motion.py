@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rigid and affine moves of handles, as 4 x 4 float64 matrices in the object's space; rotations fitted to
-many small sets of points at once."""
+many small sets of points at once; how far poses are from each other."""
 
 import numpy as np
 
@@ -118,3 +118,40 @@ def turns_between(before, after):
         across /= np.linalg.norm(across, axis=-1, keepdims=True)
         result[opposite] = 2.0 * across[..., :, None] * across[..., None, :] - np.eye(3)
     return result
+
+
+def differing(rest, poses, most, least):
+    """Numbers of the poses, at most `most`, that differ most from the rest shape and from one another, ascending.
+
+    rest, poses  (m, 3), (f, m, 3) of a few vertices; where the whole is, and how it is turned, does not count
+    least  poses nearer to each other count as the same
+    """
+    distances, chosen = distances_from(rest, poses), []
+    while len(chosen) < most and distances.max() > least:
+        chosen.append(int(distances.argmax()))
+        distances = np.minimum(distances, distances_from(poses[chosen[-1]], poses))
+    return sorted(chosen)
+
+
+def distances_from(pose, poses):
+    """(f,) float64: how far (f, m, 3) poses are from one, (m, 3), root mean square after the best rigid motion."""
+    pose = pose - pose.mean(axis=0)
+    poses = poses - poses.mean(axis=1, keepdims=True)
+    turned = pose @ np.swapaxes(fit_rotations(pose, poses), 1, 2)
+    return np.sqrt(((poses - turned) ** 2).sum(axis=2).mean(axis=1))
+
+
+def placed(shape, rest, at):
+    """n x 3 float64: `shape` moved, turned and scaled so that its vertices `at` come closest to those of `rest`.
+
+    Least squares (Umeyama 1991), the size by the spread of the vertices. With fewer than three, or all at one place,
+    by the whole shape.
+    """
+    shape, rest = shape.astype(np.float64), rest.astype(np.float64)
+    if len(at) < 3 or np.ptp(shape[at], axis=0).max() == 0.0 or np.ptp(rest[at], axis=0).max() == 0.0:
+        at = np.arange(len(rest))
+    from_centre, to_centre = shape[at].mean(axis=0), rest[at].mean(axis=0)
+    rotation = fit_rotations(shape[at], rest[at])
+    spread = np.sqrt(((shape[at] - from_centre) ** 2).sum())
+    size = np.sqrt(((rest[at] - to_centre) ** 2).sum()) / spread if spread > 0.0 else 1.0
+    return size * (shape - from_centre) @ rotation.T + to_centre

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many points: whether they are numbers, how large they are, whether they hold a mesh in place, what connects them."""
+"""Many points: whether they are numbers, how large they are, whether they hold a mesh in place, what connects them,
+and what of that lies in a part of a mesh, or at its border."""
 
 import numpy as np
 
@@ -51,3 +52,25 @@ def parts(edges, count):
     """n int32, not to be written to: the lowest of each vertex' connected part of `count` vertices; edges m x 2."""
     nowhere, none = np.zeros((count, 3)), np.empty((0, 3), np.int32)
     return native_loader.module().SurfaceWays(nowhere, edges, none).parts
+
+
+def tinted_faces(triangles, region):
+    """(vertices, corners): of m x 3 triangles those whose corners all lie in the region, n bool.
+
+    vertices: ascending indices of the vertices in use; corners: p x 3 int32, positions in `vertices`.
+    """
+    chosen = triangles[region[triangles].all(axis=1)]
+    is_used = np.zeros(len(region), bool)
+    is_used[chosen] = True
+    position = np.cumsum(is_used, dtype=np.int32) - 1
+    return np.flatnonzero(is_used).astype(np.int32), position[chosen]
+
+
+def border(mask, edges):
+    """Ascending vertex indices: where the mask, n in 0..1, passes over from inside to outside.
+
+    Those between 0 and 1, and the ends of edges (m x 2) with one end inside and one outside.
+    """
+    inside = mask > 0.5
+    crossing = edges[inside[edges[:, 0]] != inside[edges[:, 1]]]
+    return np.union1d(np.flatnonzero((mask > 0.0) & (mask < 1.0)), crossing.ravel())
