@@ -12,7 +12,7 @@ from ..scene.core import motion, point_sets
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from .bridge import mixed_keys
-from .bridge.morphers import InBetweenSearch
+from .bridge.mix_follower import InBetweenSearch
 
 
 class MEANVALUE_OT_morph(MeshOperator, bpy.types.Operator):

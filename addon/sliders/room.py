@@ -7,7 +7,6 @@ from ..rooms import Room
 from ..widgets import panels
 from . import operators, panel, properties
 from .bridge import driven_keys
-from .bridge.key_follower import KeyFollower
 
 
 def meanvalue_draw_import_menu(self, _context):
@@ -21,6 +20,6 @@ ROOM = Room(
     settings=properties.SETTINGS,
     menus=[panels.of_room("MEANVALUE_MT_sliders", "Shape Key Values", ABOUT, operators)],
     blender_menus=[(bpy.types.TOPBAR_MT_file_import, meanvalue_draw_import_menu)],
-    followers=[KeyFollower],
+    followers=[driven_keys.KeyFollower],
     shown_keys=[driven_keys],
 )

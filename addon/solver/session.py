@@ -71,16 +71,6 @@ cache = DeformerCache(CACHE_ENTRIES, CACHE_BYTES)
 Binding = collections.namedtuple("Binding", "deformer notes")
 
 
-def cached(bind_input):
-    """The Binding of `bind_input` if it is at hand, else None."""
-    return cache.get(bind_input.fingerprint)
-
-
-def earlier(bind_input):
-    """A Binding of the same mesh, region and method to other anchors if one is at hand, else None: see bind_steps()."""
-    return cache.relative(bind_input.fingerprint.family)
-
-
 def remember(bind_input, binding):
     found = bind_input.fingerprint
     cache.put(found, binding, int(binding.deformer.report.bytes), found.family)
@@ -90,7 +80,8 @@ def bind_steps(bind_input, triangles, execution, portable=False, known=None, ear
     """Steps (see solver/job.py) to a new Binding; `triangles` m x 3 int32.
 
     portable: with the same bits on every processor of an architecture, and slower.
-    known: what earlier() gave: the same Binding in two thirds of the time, and `triangles` are not looked at.
+    known: a Binding of the same mesh, region and method to other anchors, as cache.relative() of the family of the
+    fingerprint gives it: the same one in two thirds of the time, and `triangles` are not looked at.
     early: if the mesh is large, the Job has an `early` meanwhile.
 
     @throws NativeModuleError, SceneError, SolverError, CancelledError.

@@ -10,7 +10,7 @@ from mathutils import Matrix, Vector
 
 from .. import wording
 from ..errors import MeanValueError, SceneError
-from ..scene import kept, mirrors, rig_space, shown_shape, subject, views
+from ..scene import kept, mirrors, rig_space, subject, views
 from .background import VIEW_EVENTS
 from .base import MeshOperator, ModalOperator
 
@@ -194,7 +194,7 @@ def _ray(region, view, mouse):
 
 
 def _hit(evaluated, to_world, ray):
-    """(way as of shown_shape.hit(), place in its own space) of a ray in the world, or (infinite, None)."""
+    """(way as of rig_space.hit(), place in its own space) of a ray in the world, or (infinite, None)."""
     to_object = to_world.inverted_safe()
     origin, direction = to_object @ ray[0], to_object.to_3x3() @ ray[1]
     box = zip(evaluated.bound_box[0], evaluated.bound_box[6], origin, direction, strict=True)
@@ -202,7 +202,7 @@ def _hit(evaluated, to_world, ray):
     if max(way for way, _ in ways) > min(way for _, way in ways):
         return np.inf, None
     origin, direction = np.array(origin, np.float64), np.array(direction, np.float64)
-    way = shown_shape.hit(evaluated, origin, direction)
+    way = rig_space.hit(evaluated, origin, direction)
     return way, np.array(origin + way * direction, np.float32) if way < np.inf else None
 
 
@@ -210,7 +210,7 @@ def vertex_or_image(obj, place):
     """(vertex, 3 x 3 Matrix) of a place on what is shown of `obj`, (3,) in its own space: the vertex that is nearest
     there, itself or its image in Mirror modifiers, and what turns moves there into its own. None on all other copies.
     """
-    positions, (corners, starts) = shown_shape.positions(obj), kept.faces(obj.data)
+    positions, (corners, starts) = rig_space.shown_positions(obj), kept.faces(obj.data)
     least, found = np.inf, None
     for matrix, shift in mirrors.images(obj):
         own = (matrix.T @ (place - shift)).astype(np.float32)

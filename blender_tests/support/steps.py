@@ -112,7 +112,7 @@ def is_bound(obj):
 def summary(obj):
     """Counts of what `obj` is bound as."""
     bind_input = installed.part("posing.bridge.scene_input").gather(obj)
-    report = installed.part("solver.session").cached(bind_input).deformer.report
+    report = installed.part("solver.session").cache.get(bind_input.fingerprint).deformer.report
     return types.SimpleNamespace(
         anchor_count=len(bind_input.anchors),
         free_count=np.count_nonzero(bind_input.free),

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ...posing.bridge import controls
-from ...scene import selection, shown_shape
+from ...scene import rig_space, selection
 from ...widgets.overlay import NOTHING, Lines, draw_lines
 from . import takes
 
@@ -128,7 +128,7 @@ def lines(obj):
     pairs = [pair for pair in capture.pairs if pair.distance >= 0.0 and 0 <= pair.vertex < len(obj.data.vertices)]
     if not pairs:
         return NOTHING
-    points = shown_shape.positions(obj)[[pair.vertex for pair in pairs]]
+    points = rig_space.shown_positions(obj)[[pair.vertex for pair in pairs]]
     offsets = np.array([pair.offset for pair in pairs], np.float32)
     shares = np.linalg.norm(offsets, axis=1) / max(capture.mesh_size, 1e-30)
     place, stops = np.clip(shares / FAR, 0.0, 1.0) * (len(SCALE_COLORS) - 1), np.arange(len(SCALE_COLORS))

@@ -2,14 +2,117 @@
 """Mixes the shape keys of one object while their sliders move. A mix depends on their values alone.
 What is animated of them can be baked: this is a rooms.Bakeable."""
 
+import collections
+import re
+
 import numpy as np
 
-from ...errors import SceneError
+from ...errors import ChangedMeanwhileError, SceneError, SolverError
 from ...live import roll
 from ...live.following import Following
 from ...scene import actions, shape_keys, subject
-from ...solver import session
-from . import mixed_keys, morphers
+from ...solver import native_loader, session
+from ..core import in_betweens
+from . import mixed_keys
+
+REFUSED_SHAPES = "The solver cannot mix these shape keys: {}"
+
+
+#: positions n x 3 float64; seconds that the solver took.
+Mix = collections.namedtuple("Mix", "positions converged seconds")
+
+
+def bind_steps(mix_input, execution):
+    """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
+    CancelledError."""
+    whole = mix_input.whole
+    shapes = [whole.start(shape) for shape in (mix_input.rest, *(mix_input.points[name] for name in mix_input.names))]
+    try:
+        morpher = yield from session.steps(
+            native_loader.module().start_bind_morph,
+            np.array(shapes),
+            whole.triangles(mix_input.triangles),
+            execution=execution,
+            refused=REFUSED_SHAPES,
+        )
+    except SolverError as error:
+        names = ["the rest shape", *(f"'{name}'" for name in mix_input.names)]
+        raise SolverError(re.sub(r"shapes\[(\d+)\]", lambda found: names[int(found[1])], str(error))) from error
+    session.cache.put(mix_input.key, morpher, int(morpher.report.bytes))
+    return morpher
+
+
+def solve_steps(morpher, mix_input, values, execution=None):
+    """Steps to the Mix with the sliders at `values`, (k,).
+
+    The same for the same values. Where one shape alone is wanted, it is that to the bit.
+
+    @throws SolverError, CancelledError.
+    """
+    weights = mix_input.weights(values)
+    if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
+        shape = mix_input.points[mix_input.names[weights.argmax() - 1]] if weights[0] == 0.0 else mix_input.rest
+        return Mix(shape.astype(np.float64), True, 0.0)
+    solution = yield from session.steps(
+        morpher.start_solve,
+        weights if weights.ndim == 1 else mix_input.whole.values(weights),
+        parts=mix_input.parts,
+        execution=execution,
+        refused=REFUSED_SHAPES,
+    )
+    return Mix(
+        positions=mix_input.whole.cut_back(session.finite(solution.vertices, "Move the sliders closer to 0")),
+        converged=bool(solution.converged),
+        seconds=float(solution.timings["total"]),
+    )
+
+
+class Mixing:
+    """As widgets/background.py wants it: binds what is mixed. bind_input: the MixInput; binding: the Morpher."""
+
+    def __init__(self, mix_input):
+        self.bind_input = mix_input
+        self.binding = session.cache.get(mix_input.key)
+
+    def record(self, _obj):
+        """The file keeps no binding of a mix."""
+
+    def work(self, execution):
+        """Steps (see solver/job.py) that bind. @throws MeanValueError."""
+        if self.binding is None:
+            self.binding = yield from bind_steps(self.bind_input, execution)
+
+    def require_unchanged(self, obj):
+        """@throws ChangedMeanwhileError if the shape keys are others by now."""
+        if mixed_keys.problem(obj) is None and mixed_keys.gather(obj).revision == self.bind_input.revision:
+            return
+        raise ChangedMeanwhileError(obj.name)
+
+
+#: In-between keys that are made at most.
+MOST_KEYS = 60
+
+
+class InBetweenSearch(Mixing):
+    """Finds the in-between keys. solved: mixes that were solved so far."""
+
+    def __init__(self, mix_input, tolerance):
+        super().__init__(mix_input)
+        self.tolerance = tolerance
+        self.solved = 0
+
+    def work(self, execution):
+        """Steps (see solver/job.py) to a Found. @throws MeanValueError."""
+        yield from super().work(execution)
+        mix_input = self.bind_input
+        ranges = [(slider.low, slider.high) for slider in mix_input.sliders]
+
+        def correction(values):
+            mix = yield from solve_steps(self.binding, mix_input, values, execution)
+            self.solved += 1
+            return mix.positions - mix_input.mixed(values)
+
+        return (yield from in_betweens.found(correction, ranges, self.tolerance, MOST_KEYS, mix_input.common))
 
 
 def turned(obj):
@@ -64,7 +167,7 @@ class MixFollower(Following):
         mix_input = self._input
 
         def work(execution):
-            morpher = yield from morphers.bind_steps(mix_input, execution)
+            morpher = yield from bind_steps(mix_input, execution)
 
             def collect(_obj):
                 self._binding = morpher
@@ -77,7 +180,7 @@ class MixFollower(Following):
         morpher, mix_input, wanted = self._binding, self._input, self._wanted
 
         def work(execution):
-            mix = yield from morphers.solve_steps(morpher, mix_input, wanted, execution)
+            mix = yield from solve_steps(morpher, mix_input, wanted, execution)
             shape = (mix_input.rest + (mix.positions - mix_input.mixed(wanted))).astype(np.float32)
 
             def collect(obj):
@@ -90,7 +193,6 @@ class MixFollower(Following):
         return work
 
 
-solve_steps = morphers.solve_steps
 is_on, turn = MixFollower.asks_for, MixFollower.turn
 
 
@@ -100,7 +202,7 @@ def is_meant(obj):
 
 
 def bind(obj):
-    return morphers.Mixing(mixed_keys.gather(obj))
+    return Mixing(mixed_keys.gather(obj))
 
 
 def row(obj, mix_input):

@@ -7,7 +7,7 @@ from mathutils import Quaternion, Vector
 
 from ...errors import SceneError, require_none
 from ...live import engine, roll
-from ...scene import along, declarations, kept, rig_space, shape_keys, shown_shape, vertex_groups
+from ...scene import along, declarations, kept, rig_space, shape_keys, vertex_groups
 from ..core import bind_input
 from . import control_places, controls, new_handles, region
 
@@ -75,7 +75,7 @@ class Grip:
         self._start, made = control_places.world_of(handle), handle.control
         if self.is_new:  # Blender may not have evaluated it yet
             self._start = np.array(obj.matrix_world @ made.matrix_parent_inverse @ made.matrix_basis)
-        self._seen = shown_shape.positions(obj)
+        self._seen = rig_space.shown_positions(obj)
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
             self._pivot = np.array(obj.matrix_world @ Vector(self._seen[vertex].tolist()))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import kept, mesh_arrays, mirrors, object_model, shape_keys, shown_shape
+from ...scene import kept, mesh_arrays, mirrors, object_model, rig_space, shape_keys
 from ...scene.core.point_sets import tinted_faces
 from ..core import bind_input, joints
 from . import members, region, scene_input, targets
@@ -67,7 +67,7 @@ def look(obj):
         return NOTHING
     key = compat.session_key(obj)
     stamp = scene_input.shown(obj).stamp(obj)
-    known, positions = _known.get(key, NOTHING), shown_shape.positions(obj)
+    known, positions = _known.get(key, NOTHING), rig_space.shown_positions(obj)
     is_usable = known is not NOTHING and len(known.positions) == len(positions)
     is_usable = is_usable and (known.stamp.signature, known.of_joints) == (stamp.signature, obj.meanvalue.show_joints)
     if not is_usable or (known.stamp != stamp and obj.mode == 'OBJECT'):  # a stroke of a brush is an edit

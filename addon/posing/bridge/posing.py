@@ -32,8 +32,9 @@ class Posing:
         self._goal = goal
         self.targets = self._gather_targets(obj, self.bind_input)
         self._start = shape_keys.result_positions(obj) if settles else None
-        self.binding = session.cached(self.bind_input)
-        self._known = session.earlier(self.bind_input) if self.binding is None else None
+        found = self.bind_input.fingerprint
+        self.binding = session.cache.get(found)
+        self._known = session.cache.relative(found.family) if self.binding is None else None
         is_new = self.binding is None and self._known is None
         shape = self.bind_input.rest, self.bind_input.face_corners
         self._triangles = mesh_arrays.triangles(obj.data, *shape) if is_new else None

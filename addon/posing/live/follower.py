@@ -41,7 +41,7 @@ class Follower(Following):
 
     _drag = None  # what the last solve was of, as session.Drag
 
-    _cached_binding = staticmethod(session.cached)
+    _cached_binding = staticmethod(lambda bind_input: session.cache.get(bind_input.fingerprint))
     _make_key = staticmethod(shape_keys.ensure_result_key)
 
     @staticmethod
@@ -118,7 +118,7 @@ class Follower(Following):
 
     def _bind_work(self, obj):
         bind_input = self._input
-        known = session.earlier(bind_input)
+        known = session.cache.relative(bind_input.fingerprint.family)
         triangles = mesh_arrays.triangles(obj.data, bind_input.rest, bind_input.face_corners) if known is None else None
 
         def collect(owner, binding):

@@ -56,7 +56,7 @@ def problems(obj):
     report = places = None
     with contextlib.suppress(SceneError):  # no handles yet, say: the mesh can be looked at all the same
         bind_input = scene_input.gather(obj)
-        places, binding = bind_input.solver_mesh.places, session.cached(bind_input)
+        places, binding = bind_input.solver_mesh.places, session.cache.get(bind_input.fingerprint)
         report = binding.deformer.report if binding is not None else None
     return mesh_problems.find(rest, triangles, report, places, mirrors.partners(obj, rest), kept.copies(obj, rest))
 

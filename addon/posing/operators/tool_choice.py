@@ -12,7 +12,7 @@ from gpu_extras.presets import draw_circle_2d
 from mathutils import Vector
 
 from ...errors import MeanValueError
-from ...scene import mesh_arrays, shown_shape, subject, views
+from ...scene import mesh_arrays, rig_space, subject, views
 from ...scene.core.point_sets import tinted_faces
 from ...widgets import picking
 from ..bridge import limbs, new_handles, region
@@ -190,5 +190,5 @@ def _find(context, mouse):
     except MeanValueError:
         return None  # a press says why
     tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
-    tint, freedom = shown_shape.positions(obj)[tint], freedom[tint]
+    tint, freedom = rig_space.shown_positions(obj)[tint], freedom[tint]
     return SimpleNamespace(name=obj.name, place=pressed.place, size=size, tint=tint, freedom=freedom, corners=corners)

@@ -8,7 +8,7 @@ from mathutils import Vector
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import kept, key_marks, mesh_arrays, mirrors, shape_keys, shown_shape, subject, vertex_groups, views
+from ...scene import kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups, views
 from ...scene.core import motion, welding, whole_mesh
 from ...scene.key_marks import Role
 from ...solver.core.fingerprint import digest
@@ -164,7 +164,7 @@ def lines(obj):
     alone = [begun[1]] if begun is not None and begun[0] == obj.name and begun[1] < count else []
     if not pairs and not alone:
         return NOTHING
-    points = shown_shape.positions(obj)[[*(pair.vertex for pair in pairs), *alone]]
+    points = rig_space.shown_positions(obj)[[*(pair.vertex for pair in pairs), *alone]]
     places = points.copy()
     if pairs:
         to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
