@@ -34,11 +34,8 @@ clock = time.monotonic
 
 
 class Following(Follows):
-    """Use on the main thread only. Knows of the object only its name; the object is handed in with each call.
-
-    problem        says in words why the mesh does not follow, or is None
-    solve_seconds  of the last solve
-    """
+    """Use on the main thread only. Knows of the object only its name. problem: in words why it does not follow, or
+    None; solve_seconds: of the last solve."""
 
     #: In these modes it waits: Blender keeps a copy of its own of the mesh.
     BUSY_MODES = {'EDIT', 'SCULPT'}
@@ -204,10 +201,7 @@ class Following(Follows):
             self.give_up(str(error))
 
     def _read(self, obj, is_quiet, compares):
-        """@throws MeanValueError.
-
-        compares: keys with what was written, which takes too long for a step of a drag.
-        """
+        """compares: keys with what was written, too long for a step of a drag. @throws MeanValueError."""
         model = self._model(obj)
         was_read = model.is_read(obj) if is_quiet else self._is_read(obj)
         if not was_read:

@@ -15,10 +15,8 @@ _aside = []  # what aside() declared; kept, since it is known by identity
 
 
 def aside(declare):
-    """`color: aside(FloatVectorProperty)(name=...)` declares a setting that no binding depends on.
-
-    Either it changes nothing of the result, or it is read anew for every solve, as controls are.
-    """
+    """`color: aside(FloatVectorProperty)(name=...)` declares a setting that no binding depends on: it changes nothing
+    of the result, or is read anew for every solve, as controls are."""
 
     def declared(**keywords):
         setting = declare(**keywords)

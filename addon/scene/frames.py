@@ -12,11 +12,8 @@ from .core import sample_times
 
 
 def moved_range(scene, datablocks):
-    """(first, last) frame of the scene's range at which a keyframe moves one of the datablocks.
-
-    The whole range where that is more than keyframes tell: drivers, physics, F-curves that go on by a modifier or by
-    themselves.
-    """
+    """(first, last) frame of the scene's range at which a keyframe moves one of the datablocks; the whole range where
+    more does: drivers, physics, F-curves that go on by a modifier or by themselves."""
     whole = scene.frame_start, scene.frame_end
     ranges = []
     for each in datablocks:
@@ -63,11 +60,8 @@ def movers(objects):
 
 
 def visit(scene, times, read):
-    """Generator that calls read() at every frame and yields the share that is done. Returns what read() returned.
-
-    Frames are visited in their order, as physics needs it, and the frame that was current is current again in the end,
-    come what may. @throws SceneError, with the frame.
-    """
+    """Generator that calls read() at every frame in turn, as physics needs it, and yields the share done. Returns what
+    read() returned. The frame that was current is so again, come what may. @throws SceneError, with the frame."""
     name, former, is_closed = scene.name, (scene.frame_current, scene.frame_subframe), False
     rows = []
     try:

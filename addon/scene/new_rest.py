@@ -14,11 +14,8 @@ from .surface import Surface
 
 
 def become(obj):
-    """The result becomes the reference key, of the mesh and of what goes along. Keys that add to that move along by as
-    much, so that they add the same.
-
-    Returns notes, as sentences. @throws SceneError if there is no result.
-    """
+    """The result becomes the reference key, of the mesh and of what goes along. Keys that add to that move along, so
+    that they add the same. Returns notes, as sentences. @throws SceneError if there is no result."""
     notes = _become(obj, shape_keys.pose_to_use(obj))
     for other in along.group(obj)[1:]:
         shape = shape_keys.result_positions(other)

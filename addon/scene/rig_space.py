@@ -96,10 +96,8 @@ def named(obj):
 
 
 def measure(obj):
-    """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it.
-
-    Takes five evaluations of the modifiers. @throws SceneError where that cannot be told: posed as if there were no
-    rig, the pose would be lost.
+    """The SeenSpace of `obj` as it was evaluated last, or None where every vertex is seen where its key has it. Takes
+    five evaluations of the modifiers. @throws SceneError where it cannot be told: without a rig the pose would be lost.
     """
     if not is_there(obj):
         return None
@@ -241,11 +239,8 @@ def _pose_keys(obj):
 
 
 def shown_positions(obj):
-    """n x 3 float32: where the vertices are to be seen.
-
-    Modifiers count as long as they keep the vertices, or put new ones behind them; else it is the result if it is
-    shown, and the rest shape if not.
-    """
+    """n x 3 float32: where the vertices are to be seen. Modifiers count as long as they keep them, or put new ones
+    behind them; else it is the result if that is shown, and the rest shape if not."""
     depsgraph = bpy.context.view_layer.depsgraph  # as it is: drawing must not evaluate anything
     evaluated = obj.evaluated_get(depsgraph).data if depsgraph is not None else obj.data
     count, shown = len(obj.data.vertices), {each.type for each in obj.modifiers if each.show_viewport}

@@ -9,10 +9,7 @@ from . import pose_objects
 
 
 def leave_edit_mode(obj):
-    """To Object Mode, as an undo step of its own.
-
-    What an operator then changes on the object can be undone: steps made in Edit Mode hold the edited mesh alone.
-    """
+    """To Object Mode, as an undo step of its own: those made in Edit Mode hold the edited mesh alone."""
     if obj.mode != 'EDIT':
         return
     bpy.ops.object.mode_set(mode='OBJECT')
@@ -34,9 +31,7 @@ def choose(obj):
 
 def edit_with_selected(obj, vertices):
     """Goes to Edit Mode on the active object, where the vertices with these indices are selected and nothing else.
-
-    Hidden ones, which could not be selected, are shown. Returns sentences on that. @throws SceneError.
-    """
+    Hidden ones, which could not be, are shown. Returns sentences on that. @throws SceneError."""
     if not obj.visible_get():
         raise SceneError(f"'{obj.name}' is hidden, so it cannot be edited. Show it first (the eye in the Outliner)")
     bpy.context.tool_settings.mesh_select_mode = (True, False, False)

@@ -94,10 +94,7 @@ def result_problem(obj):
 
 
 def ensure_result_key(obj):
-    """The result key, shown fully; made if it is missing, with the Basis. The active key stays active.
-
-    Returns notes on what else had to change, as sentences.
-    """
+    """The result key, shown fully; made if it is missing, with the Basis. Returns notes on why it does not show."""
     settings = obj.meanvalue
     key = result(obj) or unmarked(obj, Role.POSE, settings.result_name, settings.result_mark)
     if key is None:

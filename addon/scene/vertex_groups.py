@@ -69,11 +69,7 @@ def make_active(obj, name):
 
 
 def make(obj, name):
-    """A new vertex group, called so, or numbered where that is taken or names a bone.
-
-    The weights of a group that is called like a bone of the mesh's armature are that bone's skin: a handle or a region
-    of that name would move with the bone.
-    """
+    """A new vertex group, called so, or numbered where that is taken or names a bone, whose skin it would be."""
     rigs = {modifier.object for modifier in obj.modifiers if modifier.type == 'ARMATURE'} | {obj.parent}
     bones = [bone.name for each in rigs if each and each.type == 'ARMATURE' for bone in each.data.bones]
     group = obj.vertex_groups.new(name=unused(name, {*obj.vertex_groups.keys(), *bones}))
@@ -88,10 +84,7 @@ def unused(name, taken):
 
 
 def remove_made(obj, name):
-    """Deletes a group that the add-on made. The active one stays active.
-
-    Objects with the same mesh share its groups, so one that another of them uses stays.
-    """
+    """Deletes a group that the add-on made, if no other object with the mesh uses it. The active one stays active."""
     others = (other.meanvalue for other in shape_keys.sharing(obj))
     if name not in obj.vertex_groups or any(name in each.handles or name == each.roi_group for each in others):
         return
@@ -102,10 +95,7 @@ def remove_made(obj, name):
 
 
 def replace_weights(obj, group, weights):
-    """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others.
-
-    Blender takes many vertices of one weight at a time.
-    """
+    """The group gets the vertices of n `weights` above 0, in steps of 1/WEIGHT_STEPS, and loses all others."""
     levels = np.ceil(np.clip(weights, 0.0, 1.0) * WEIGHT_STEPS - 1e-3).astype(np.int32)
     numbers, before = np.flatnonzero(levels).astype(np.int32), _known(obj).get((group.name, group.index))
     order = numbers[np.argsort(levels[numbers], kind="stable")]

@@ -41,10 +41,8 @@ def show_in_local_views(obj, beside):
 
 
 def is_visible(obj, space):
-    """Whether a 3D View shows the object: not hidden, in the view's collections, and in its Local View if there is one.
-
-    Blender keeps for originals no word of Local View that visible_in_viewport_get() could read.
-    """
+    """Whether a 3D View shows the object: not hidden, in the view's collections, and in its Local View if there is one,
+    of which copies alone know."""
     depsgraph = bpy.context.view_layer.depsgraph
     obj = pose_objects.shown(obj)
     evaluated = obj if depsgraph is None else obj.evaluated_get(depsgraph)

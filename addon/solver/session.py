@@ -28,10 +28,7 @@ CACHE_BYTES = 2 << 30
 
 
 class DeformerCache:
-    """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes.
-
-    Only a cache: whatever is dropped is built again on demand, with the same result to the tolerance.
-    """
+    """Keeps at most `capacity` entries and, but for the newest, at most `byte_limit` bytes."""
 
     def __init__(self, capacity, byte_limit):
         self._capacity = capacity
@@ -171,9 +168,7 @@ def solve_steps(drag, goal, settle=False, execution=None):
 
 def draft(drag, goal):
     """What solve_steps() is going to give, at once: n x 3 float64, or None where too little is known of such a move.
-
-    goal: a bridge.targets.Targets in which all anchors count.
-    """
+    goal: a bridge.targets.Targets in which all anchors count."""
     mesh = drag.bind_input.solver_mesh
     try:
         shape = call(drag.native.draft, _targets(mesh, goal.positions))

@@ -124,10 +124,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         return None
 
     def _all_steps(self):
-        """The whole work. Between steps that nobody notices it gives (name of the stage, share of it that is done).
-
-        Returns what finish() returns.
-        """
+        """The whole work. Gives (name of the stage, share that is done) between steps. Returns as finish() does."""
         self._prepared = prepared = self.prepare(self.object())
         yield "reading the mesh", 1.0
         if prepared is None:

@@ -83,10 +83,7 @@ class ModalOperator(Reporting):
 
 class MeshOperator(Reporting):
     """Mix-in for operators on the mesh that the artist works on, or on what else worked_on() finds. Subclasses define
-    run(obj).
-
-    run() either returns (message, [notes]) or raises MeanValueError before it has changed anything.
-    """
+    run(obj): it returns (message, [notes]), or raises MeanValueError before it has changed anything."""
 
     bl_options = {'REGISTER', 'UNDO'}
 

@@ -68,9 +68,7 @@ class PanelPart(SidebarPanel):
 
 
 def of_room(name, label, about, *modules):
-    """The class of a room's menu, with the operators of these modules. about: what it is for, as the tooltip says it.
-    """
-
+    """The class of a room's menu, with the operators of these modules. about: what it is for, as a tooltip."""
     operators = classes_in(modules, "MEANVALUE_OT_")
 
     def draw(menu, _context):

@@ -43,12 +43,8 @@ def bind_steps(mix_input, execution):
 
 
 def solve_steps(morpher, mix_input, values, execution=None):
-    """Steps to the Mix with the sliders at `values`, (k,).
-
-    The same for the same values. Where one shape alone is wanted, it is that to the bit.
-
-    @throws SolverError, CancelledError.
-    """
+    """Steps to the Mix with the sliders at `values`, (k,): where one shape alone is wanted, that to the bit.
+    @throws SolverError, CancelledError."""
     weights = mix_input.weights(values)
     if weights.ndim == 1 and np.count_nonzero(weights) == 1 and weights.max() == 1.0:
         shape = mix_input.points[mix_input.names[weights.argmax() - 1]] if weights[0] == 0.0 else mix_input.rest

@@ -164,12 +164,8 @@ def remove_in_betweens(obj):
 
 
 def shape_of(source, obj):
-    """(n x 3: the shape of `source` in the space of `obj`, whether its origin was laid on that of `obj`).
-
-    It is the rest shape with the shape keys as they are set and no modifiers, turned and scaled as it is to be seen. It
-    counts where it stands, or as if it stood at the same origin, as one who stands beside does: whichever is nearer to
-    the rest shape. @throws SceneError.
-    """
+    """(n x 3: the shape of `source`, its keys as they are set and without modifiers, in the space of `obj`; whether its
+    origin was laid on that of `obj`, as of one that stands beside: where that is nearer). @throws SceneError."""
     keys = source.data.shape_keys
     if source.data.is_editmode:
         raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")

@@ -90,10 +90,7 @@ def found(solve, ranges, tolerance, most, common):
 
 
 def setting(ranges, number):
-    """(k,): points of a Kronecker sequence, which fill the box evenly.
-
-    They crowd towards its ends, as polynomials need it, and some lie on them, where sliders are most of the time.
-    """
+    """(k,): a point of a Kronecker sequence, which fills the box. They crowd at its ends, as polynomials need it."""
     roots = 2.0 ** (np.arange(1, len(ranges) + 1) / (len(ranges) + 1))
     shares = (0.5 + (number + 1) * roots) % 1.0
     low, high = np.array(ranges, np.float64).T
@@ -140,10 +137,7 @@ def weight(knots, orders, settings):
 
 
 def expression(knots, orders):
-    """(text of a driver, [number of the slider of each of its variables]).
-
-    Blender evaluates sums and products without Python, so such drivers are quick, and run where scripts may not.
-    """
+    """(text of a driver, of products alone, which need no Python; [number of the slider of each of its variables])."""
     scale, product = 1.0, []
     for variable, (slider, number) in zip(VARIABLES, orders, strict=False):
         before = knots[slider][:number]

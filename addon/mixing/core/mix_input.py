@@ -13,11 +13,8 @@ from ...solver.core.fingerprint import digest
 
 @dataclass(frozen=True, eq=False)
 class MixInput(KeyShapes):
-    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32.
-
-    copies: n int as of scene/kept.py, of those that stay together in all shapes; planes, twins: as of
-    mirrors.seams(); None for none.
-    """
+    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32. copies: n int
+    as of scene/kept.py, of what stays together in all shapes; planes, twins: as of mirrors.seams(); None for none."""
 
     triangles: np.ndarray = None
     copies: np.ndarray = None
@@ -47,10 +44,7 @@ class MixInput(KeyShapes):
 
     def weights(self, values):
         """(k + 1,) or, where a shape counts here more than there, (k + 1, n) float64, the rest shape first: they sum to
-        1 at each vertex.
-
-        values: (k,) of the sliders.
-        """
+        1 at each vertex. values: (k,) of the sliders."""
         counts = np.asarray(values, np.float64)
         if self.masks:
             is_needed = counts[self._is_part].any()

@@ -15,11 +15,7 @@ from ...scene.key_marks import Role
 
 
 def keys(obj):
-    """A Slider for each shape key that is an example; none if Pose Like is Nothing.
-
-    Own Shape Keys leaves out muted keys, what the add-on itself writes, and kept poses that nobody has renamed. Quick
-    enough for drawing.
-    """
+    """A Slider for each shape key that is an example; none if Pose Like is Nothing. Quick enough for drawing."""
     found, like = obj.data.shape_keys, obj.meanvalue.pose_like
     if like == ids.LIKE_NOTHING or found is None:
         return ()

@@ -14,11 +14,7 @@ CONTROLS = ""
 
 
 class Posing:
-    """Arrays of one object; work() binds if need be and solves.
-
-    bind_input  what is bound; binding  the Binding, None until there is one
-    targets     where the anchors go; None to bind only
-    """
+    """Arrays of one object; work() binds `bind_input` if there is no `binding`, and solves for `targets`, if any."""
 
     def __init__(self, obj, goal=None, is_checked=True, settles=False):
         """goal: CONTROLS, or the name of a shape key that has the targets; None to bind only. is_checked: it has to fit
@@ -45,10 +41,7 @@ class Posing:
         return targets.gather_from_key(obj, bind_input, self._goal) if self._goal else targets.gather(obj, bind_input)
 
     def work(self, execution):
-        """Steps (see workers.job) to (n x 3 positions, native solution) if there are targets, else None.
-
-        @throws MeanValueError.
-        """
+        """Steps (see solver/job.py) to (n x 3 positions, native solution), None if bound. @throws MeanValueError."""
         if self.binding is None:
             self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution, known=self._known)
             self._triangles = self._known = None

@@ -50,10 +50,7 @@ def known(obj):
 
 
 def gather(obj, to_bind=True):
-    """The BindInput of `obj`, checked. @throws SceneError.
-
-    to_bind: whether it has to do for the solver, and not only to tell what handles hold
-    """
+    """The BindInput of `obj`, checked; to_bind: for the solver, not only for what handles hold. @throws SceneError."""
     if kept.has_any():
         bpy.context.view_layer.update()  # Blender has told of all edits then
     return read(obj, to_bind)

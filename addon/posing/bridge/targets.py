@@ -64,8 +64,7 @@ def handles_problem(obj):
 
 
 def gather(obj, bind_input):
-    """The Targets of `obj`, with what its rig does measured now, and controls gone along with it. @throws SceneError.
-    """
+    """The Targets of `obj`, with its rig measured now, and controls gone along with it. @throws SceneError."""
     require_none(problem(obj))
     space = rig_space.measure(obj)
     follow_rig(obj, bind_input, space)
@@ -73,10 +72,7 @@ def gather(obj, bind_input):
 
 
 def gather_behind(obj, bind_input, space, known=None):
-    """The Targets of `obj`, which has no problem(); space: its SeenSpace, or None; known: see positions().
-
-    @throws SceneError.
-    """
+    """The Targets of `obj`, which has no problem(). space, known: see positions(). @throws SceneError."""
     placed, held_back = within_reach(obj, bind_input, positions(obj, bind_input, space, known))
     return Targets(placed, _weights(obj, bind_input), held_back)
 
@@ -162,8 +158,7 @@ def _moving(obj, bind_input):
 
 
 def _in_key(obj, bind_input, space, is_moved, wanted):
-    """Where the key has to have the anchors of the mask `is_moved` for them to be seen at `wanted`. @throws SceneError.
-    """
+    """Where the key has to have the anchors of the mask `is_moved` to be seen at `wanted`. @throws SceneError."""
     anchors = bind_input.anchors[is_moved]
     for members, handle in _moving(obj, bind_input):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())

@@ -21,8 +21,8 @@ LEAST_RIGIDITY = 1.0
 def strengths(handles, handle_strengths, rigidity, vertex_count):
     """k float64 for k anchors with handle numbers `handles`; None if no handle is soft.
 
-    handle_strengths: for each handle a slider value from 0 to 1, or None for a hard handle. A handle's spring is
-    shared out among its vertices, so that a finer mesh makes it no stiffer. vertex_count: those that may move.
+    handle_strengths: of each handle 0 to 1, None if it is hard: its spring is shared out among its vertices, so that a
+    finer mesh makes it no stiffer. vertex_count: those that may move.
     """
     if all(strength is None for strength in handle_strengths):
         return None
@@ -36,8 +36,6 @@ def strengths(handles, handle_strengths, rigidity, vertex_count):
 
 
 def border_strengths(weights, rigidity, vertex_count):
-    """b float64 from b region weights between 0 and 1, both left out: free near 1, held to the rest shape near 0.
-
-    vertex_count: those that may move, n. With K of handles shared out over n vertices, s = K (1 - w)/(w n^2).
-    """
+    """b float64 from b region weights w between 0 and 1, both left out: free near 1, held to the rest shape near 0.
+    vertex_count: those that may move, n. With K of handles shared out over these, s = K (1 - w)/(w n^2)."""
     return max(rigidity or 0.0, LEAST_RIGIDITY) * BORDER * (1.0 - weights) / (weights * float(vertex_count) ** 2)

@@ -45,10 +45,7 @@ class LiveTargets:
         return goal
 
     def catch_up(self, obj, bind_input):
-        """Has the controls that go along with the rig do so, and measures what it does if that is not known.
-
-        @throws SceneError.
-        """
+        """Has the controls that go along with the rig do so, which is measured if need be. @throws SceneError."""
         if self._measured[0] != _revision(obj):
             self._measure(obj)
         targets.follow_rig(obj, bind_input, self._measured[1])
@@ -136,10 +133,7 @@ SAME = 1e-4
 
 
 class SnapWatch:
-    """Looks at answers at frames that are gone through one by one.
-
-    found: the frame that the pose snaps at from the one before, or None.
-    """
+    """Looks at answers at frames in a row. found: the one that the pose snaps at from the one before, or None."""
 
     def __init__(self):
         self.found = None

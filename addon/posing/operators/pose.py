@@ -20,10 +20,8 @@ from ..bridge.posing import CONTROLS, Posing
 
 
 class SettledOperator(BackgroundOperator):
-    """Mix-in of those that use the pose that is shown: where it is live, it must not lag behind its controls.
-
-    Subclasses define use(obj) in place of run(obj); it finds the settled answer in the result key.
-    """
+    """Mix-in of those that use the pose that is shown. Subclasses define use(obj) in place of run(obj): it finds the
+    settled answer in the result key, which may lag behind the controls while it is live."""
 
     doing = "Settling"
 

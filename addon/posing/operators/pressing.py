@@ -23,10 +23,8 @@ def find_view(context):
 
 
 def find_pressed(context, mouse):
-    """(mesh object, Pressed, name of the active mesh that it covers or ""). The active mesh's controls come first.
-
-    mouse: (2,) pixels in the region. @throws SceneError where there is nothing to grab.
-    """
+    """(mesh object, Pressed, name of the active mesh that it covers or "") at `mouse`, (2,) pixels in the region. The
+    active mesh's controls come first. @throws SceneError where there is nothing to grab."""
     seen = *find_view(context), tuple(mouse)
     active = subject.of(context)
     is_usable = subject.object_problem(active) is None

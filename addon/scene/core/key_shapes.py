@@ -75,11 +75,8 @@ class KeyShapes:
         return result
 
     def fit_input(self, anchors):
-        """(rest (m, 3), shapes (s, m, 3), anchors (k,)) float64 and int, as meanvalue.SliderFit takes them.
-
-        Of a big mesh only the anchors (vertex indices) matter, and how far each slider moves any vertex at most. So the
-        other vertices are left out, but for the one that each slider moves the farthest.
-        """
+        """(rest (m, 3), shapes (s, m, 3), anchors (k,)) float64 and int, as meanvalue.SliderFit takes them: of the
+        anchors (vertex indices) and the vertex that each slider moves the farthest, since others do not matter."""
         rows, places = np.unique(np.concatenate([anchors, self._farthest]), return_inverse=True)
         rest = self.rest[rows].astype(np.float64)
         shapes = np.array([rest + self.offset(number, rows) for number in range(len(self.sliders))])

@@ -23,10 +23,8 @@ def is_flat(matrix):
 
 
 def between(rest_relation, relation):
-    """The move that takes `rest_relation` to `relation`, exactly the identity where they agree but for noise.
-
-    Raises numpy.linalg.LinAlgError where the rest relation is flat.
-    """
+    """The move that takes `rest_relation` to `relation`; IDENTITY where they agree but for noise. Throws
+    LinAlgError."""
     if same(rest_relation, relation):
         return IDENTITY
     return relation @ np.linalg.inv(rest_relation)
@@ -40,10 +38,8 @@ def apply(move, points):
 
 
 def fitted(before, after):
-    """The rigid move (rotation and translation) that takes n x 3 points closest to others (Kabsch 1976).
-
-    Where the points leave the rotation open (one point, a line), the part that they leave open is not turned.
-    """
+    """The rigid move that takes n x 3 points closest to others (Kabsch 1976). What they leave open (one point, a line)
+    is not turned."""
     turn = fit_rotations(before, after)
     return affine(turn, after.mean(axis=0, dtype=np.float64) - turn @ before.mean(axis=0, dtype=np.float64))
 
@@ -99,10 +95,8 @@ def unit(vectors):
 
 
 def turns_between(before, after):
-    """(..., 3, 3): the least rotations that take directions to others (Rodrigues); half a turn about any axis across.
-
-    before, after  (..., 3), of any length above 0.
-    """
+    """(..., 3, 3): the least rotations that take directions to others (Rodrigues), (..., 3) of any length above 0; half
+    a turn about any axis across."""
     before, after = unit(before), unit(after)
     cosine = (before * after).sum(axis=-1)
     axis = np.cross(before, after)
@@ -142,11 +136,8 @@ def distances_from(pose, poses):
 
 
 def placed(shape, rest, at):
-    """n x 3 float64: `shape` moved, turned and scaled so that its vertices `at` come closest to those of `rest`.
-
-    Least squares (Umeyama 1991), the size by the spread of the vertices. With fewer than three, or all at one place,
-    by the whole shape.
-    """
+    """n x 3 float64: `shape` moved, turned and scaled so that its vertices `at` come closest to those of `rest`
+    (Umeyama 1991, the size by their spread). With fewer than three, or all at one place, by the whole shape."""
     shape, rest = shape.astype(np.float64), rest.astype(np.float64)
     if len(at) < 3 or np.ptp(shape[at], axis=0).max() == 0.0 or np.ptp(rest[at], axis=0).max() == 0.0:
         at = np.arange(len(rest))

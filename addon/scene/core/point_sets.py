@@ -55,10 +55,8 @@ def parts(edges, count):
 
 
 def tinted_faces(triangles, region):
-    """(vertices, corners): of m x 3 triangles those whose corners all lie in the region, n bool.
-
-    vertices: ascending indices of the vertices in use; corners: p x 3 int32, positions in `vertices`.
-    """
+    """(ascending indices of vertices, p x 3 int32 positions in these): of m x 3 triangles those whose corners all lie
+    in the region, n bool."""
     chosen = triangles[region[triangles].all(axis=1)]
     is_used = np.zeros(len(region), bool)
     is_used[chosen] = True
@@ -67,10 +65,8 @@ def tinted_faces(triangles, region):
 
 
 def border(mask, edges):
-    """Ascending vertex indices: where the mask, n in 0..1, passes over from inside to outside.
-
-    Those between 0 and 1, and the ends of edges (m x 2) with one end inside and one outside.
-    """
+    """Ascending vertex indices where the mask, n in 0..1, passes from inside to outside: those between 0 and 1, and the
+    ends of edges (m x 2) with one end inside and one outside."""
     inside = mask > 0.5
     crossing = edges[inside[edges[:, 0]] != inside[edges[:, 1]]]
     return np.union1d(np.flatnonzero((mask > 0.0) & (mask < 1.0)), crossing.ravel())

@@ -55,10 +55,8 @@ class SeenSpace:
 
     @functools.cached_property
     def is_flat(self):
-        """n bool: vertices that no key can bring to where they are wanted, since the rig squeezes them.
-
-        The determinant over the squared norm is at most half of what the direction keeps that is squeezed most.
-        """
+        """n bool: vertices that no key can bring to where they are wanted, since the rig squeezes them: the determinant
+        over the squared norm is at most half of what the direction keeps that is squeezed most."""
         norms = np.einsum("nij,nij->n", self.jacobians, self.jacobians)
         return np.abs(np.linalg.det(self.jacobians)) <= 0.5 * FLAT * norms
 

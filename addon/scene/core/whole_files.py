@@ -27,11 +27,8 @@ _PROTECTED = {errno.EACCES, errno.EPERM, errno.EROFS}
 
 @contextlib.contextmanager
 def replacing(path):
-    """Context manager of a binary file, open for writing and reading, that becomes `path` when all went well.
-
-    The folder is made if it is missing. Whatever happens, there is the old file or the new one, and what was begun is
-    taken away. @throws CacheError in place of OSError.
-    """
+    """Context manager of a binary file, open for writing and reading, that becomes `path` when all went well; else what
+    was begun is taken away. The folder is made if it is missing. @throws CacheError in place of OSError."""
     path = pathlib.Path(path)
     with telling(path):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the handles of an object drive its shape keys, which then show the pose in place of the result; Live then;
-what they do not reach, as one more shape key."""
+"""Whether the handles of an object drive its shape keys, which then are rooms.ShownKeys; Live then; what they do not
+reach, as one more shape key."""
 
 import dataclasses
 import time
@@ -31,7 +31,6 @@ def problem(obj):
 
 
 def names(obj):
-    """Of the shape keys that show the pose, the corrective among them; none where the result does."""
     if not is_on(obj):
         return []
     driven = [slider.name for slider in key_shapes.sorted_out(obj)[0]]
@@ -40,7 +39,6 @@ def names(obj):
 
 
 def positions(obj):
-    """n x 3 float32: the mesh as its keys show it; None where the result does, or there are no keys to drive."""
     if not is_on(obj):
         return None
     try:
@@ -51,10 +49,6 @@ def positions(obj):
 
 
 def keyframe(obj):
-    """Keys the values at the current frame. Returns what was keyed, in words; None where handles drive no keys.
-
-    @throws SceneError.
-    """
     if not is_on(obj):
         return None
     require_none(key_shapes.problem(obj))
@@ -77,10 +71,8 @@ NOTHING = 1e-5
 
 
 class Corrective:
-    """Poses the mix of the sliders by the handles, in place of a Posing for widgets/background.py.
-
-    Pose Like has no say: the mix is what the mesh is to look like.
-    """
+    """Poses the mix of the sliders by the handles, in place of a Posing for widgets/background.py. Pose Like has no
+    say: the mix is what the mesh is to look like."""
 
     def __init__(self, obj):
         """@throws SceneError."""

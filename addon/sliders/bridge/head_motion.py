@@ -79,10 +79,7 @@ def write(obj, options, frames, pairs, motions):
 
 
 def _carrier(obj, options):
-    """(what is keyed, what has location and rotation): the object twice, or its armature and a bone of that.
-
-    @throws SceneError.
-    """
+    """(what is keyed, what has location and rotation): the object, or its armature and a bone. @throws SceneError."""
     if options.head_motion != ON_BONE:
         return obj, obj
     rig = rig_space.armature(obj)

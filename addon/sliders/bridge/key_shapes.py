@@ -14,10 +14,8 @@ MARGIN = 1e-4
 
 
 def sorted_out(obj):
-    """([Slider] that may be driven, [(name, why in words)] of the keys that are left alone), in the order of the keys.
-
-    Without the reference key and what the add-on itself writes; none where keys are absolute. Cheap enough for drawing.
-    """
+    """([Slider] that may be driven, [(name, why in words)] of other keys), without the reference key and what the
+    add-on itself writes; none where keys are absolute. Cheap enough for drawing."""
     keys = obj.data.shape_keys
     if keys is None or not keys.use_relative:
         return [], []
@@ -110,10 +108,8 @@ def require_room(obj, names, replace):
 
 
 def write(obj, curves, replace):
-    """curves: {name of a shape key: (frames, values)}, n each. Returns notes.
-
-    @throws SceneError, with nothing changed, if values are animated and not to be replaced, or nothing can be written.
-    """
+    """curves: {name of a shape key: (frames, values)}, n each. Returns notes. @throws SceneError, with nothing changed,
+    if values are animated and not to be replaced, or nothing can be written."""
     keys = obj.data.shape_keys
     left_out = [name for name in curves if actions.driver_of(keys.key_blocks[name])]
     writable = {name: curve for name, curve in curves.items() if name not in left_out}

@@ -27,10 +27,8 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".jsonl", ".ndjson")
 
 
 def read(path, rate_hz=None):
-    """The RecordedValues of a file. rate_hz: frames a second of the recording; None: as the file tells.
-
-    @throws MotionFileError with the file's name, the line and a remedy.
-    """
+    """The RecordedValues of a file. rate_hz: frames a second of the recording; None: as the file tells. @throws
+    MotionFileError with the file's name, the line and a remedy."""
     return read_by(parse, SUFFIXES, path, rate_hz)
 
 

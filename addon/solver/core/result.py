@@ -45,10 +45,8 @@ def torn_notes(bind_input, targets):
 
 
 def unheld_notes(report, places):
-    """A sentence on parts of the mesh that too little holds, none of it an error.
-
-    report: the native one of a binding; places: n int, which of its vertices are those of the mesh.
-    """
+    """A sentence on parts of the mesh that too little holds. report: the native one of a binding; places: n int, which
+    of its vertices are those of the mesh."""
     numbers = [number for number in np.unique(np.asarray(report.part_of)[places]) if number >= 0]
     parts = [report.components[number] for number in numbers if report.carriers[number] < 0]
     count = sum(1 for part in parts if part.free_count and part.undetermined)
