@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only file that knows differences between Blender versions (3.4 to 5.x).
-
-A feature is looked for rather than a version number.
-"""
+"""The only file that knows differences between Blender versions (3.4 to 5.x), by features rather than by numbers."""
 
 import contextlib
 

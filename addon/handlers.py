@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender tells us: that objects were edited or moved, that undo or loading replaced everything.
 
-Live posing follows what moved (live/engine.py); all else only forgets or marks. Rooms hear of it, see rooms.py. Blender
-calls handlers for every frame of every scene: nothing may be gone through there unless something of ours follows or is
-shown.
+Live posing follows what moved (live/engine.py); all else only forgets or marks. Blender calls handlers for every frame
+of every scene: nothing may be gone through there unless something of ours follows or is shown.
 """
 
 import bpy

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Online Manual (F1) over what is ours opens the page of the guide that comes with the add-on, in the browser.
-
-Each room says its page, and those of single operators that have others. The add-on's entry in Preferences leads
-there too.
-"""
+"""Online Manual (F1) over what is ours opens its page of the guide, which comes with the add-on, in the browser; the
+add-on's entry in Preferences leads there too."""
 
 import pathlib
 

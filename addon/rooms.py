@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a feature brings: its room.py fills a Room, which registration.py takes in. A wrong name fails at once, and what
-lacks a part of its contract.
-
-Shared rooms, and those that a feature builds on, call what is in ALL, and know no feature.
-"""
+lacks a part of its contract. Shared rooms, and those that a feature builds on, call what is in ALL, and know no
+feature."""
 
 import inspect
 from collections.abc import Callable, Sequence

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What following handles and following sliders have in common.
 
-One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted and never queues up. When
-nothing has changed for a moment the answer is settled, so that it does not depend on the way there.
-
-What is to be done next follows from what is known: what was read, its binding, what is wanted, and what is shown.
+One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted. When nothing has changed
+for a moment the answer is settled, so that it does not depend on the way there. What is to be done next follows from
+what is known: what was read, its binding, what is wanted, and what is shown.
 """
 
 import time

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What has to be told of renders: nothing follows while one runs, so animated controls and sliders have no effect.
 
-Frames are rendered on a thread of their own, where handlers may look and not write. They note here what they see; it is
-told by the console at once, and by a popup as soon as Blender calls a timer.
+Handlers on the thread that renders may look and not write. What they see is told by the console at once, and by a popup
+as soon as Blender calls a timer.
 """
 
 from .. import wording

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one place that writes a pose for a mesh and for all that goes along with it.
 
-Each of these has a result key of its own, as any mesh that is posed, below its own modifiers. Where it goes follows
-from the mesh's pose alone (meanvalue.Follower); its value is that of the mesh's key, by a driver. So a pose that fades,
-is muted or is kept does so everywhere, without the add-on too.
+Each of these has a result key of its own. Where it goes follows from the mesh's pose alone (meanvalue.Follower); its
+value is that of the mesh's key, by a driver. So a pose that fades, is muted or kept does so everywhere.
 """
 
 import time

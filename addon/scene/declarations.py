@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which settings a binding depends on is said where they are declared, in properties*.py, and nowhere else.
-
-Every property of a group counts, unless it is declared by `aside(...)`. So a new setting is one edit: whoever remembers
-anything of an object compares values(), in which it is from then on.
-"""
+"""Which settings a binding depends on is said where they are declared, and nowhere else: every property of a group
+counts, unless it is declared by `aside(...)`. Whoever remembers anything of an object compares values()."""
 
 import functools
 

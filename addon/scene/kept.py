@@ -2,7 +2,6 @@
 """What takes long to read of a mesh, or to make of that, kept until the mesh is edited. It is not to be written to.
 
 Blender tells of edits when it evaluates the scene: before each operator, and of our own writing too, which is none.
-The one reading of an object's seams is here, for all rooms: which of its vertices move as one.
 """
 
 import contextlib

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What was read of objects, in one place, and whether it is still true.
-
-Panel, overlay, followers and operators ask the ObjectModel of an object and a Kind of reading, which rooms bring.
+"""What was read of objects, in one place, and whether it is still true: an ObjectModel of an object and a Kind of
+reading, which rooms bring. Nothing of Blender's is held, so that undo, loading and deleting leave nothing behind.
 
 Of an edit Blender tells; of our own writing too, and not which it is. So what is told as writing to shape keys alone is
 compared with what was read and written last, when all is quiet.
-
-Nothing of Blender's is held, so that undo, loading and deleting leave nothing behind: objects are known by what tells
-them apart while the file is open.
 """
 
 import enum

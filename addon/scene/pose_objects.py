@@ -2,8 +2,7 @@
 """Pose objects: what meshes of other files are posed by in this one.
 
 Of what is linked or overridden Blender saves neither new shape keys nor our settings. So a hidden object of this file,
-with a copy of the mesh, is posed in its place, and the modifier Pose of what is shown adds that: see
-pose_object_making.py. To all of the add-on it is a mesh like others.
+with a copy of the mesh, is posed in its place, as others are, and the modifier Pose of what is shown adds that.
 """
 
 import bpy

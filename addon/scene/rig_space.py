@@ -3,11 +3,10 @@
 
 Positions are written into Blender's evaluated copy of the key (or of the mesh, where there are no keys), the modifiers
 that deform are run on them, and the copy is put back: the scene is neither changed nor evaluated, and no handler runs.
-There is no other way that serves: a copy of the object would have to be linked into the scene, which has Blender build
-its graph of dependencies anew at each measurement, and is not what hooks, binds and parents of the object are tied to.
-It is safe, as the copies belong to the dependency graph alone, nothing draws or evaluates between writing and putting
-back (evaluating() does both, also where an evaluation fails), and whatever is evaluated next is copied anew.
-Modifiers that make vertices are left out: what deforms does the same to the vertices of the mesh without them.
+A copy of the object would not do: linked into the scene, it has Blender build its graph of dependencies anew, and it is
+not what hooks, binds and parents are tied to. It is safe: the copies belong to the graph alone, and nothing draws or
+evaluates between writing and putting back. Modifiers that make vertices are left out: what deforms does the same to the
+vertices of the mesh without them. And where the vertices are to be seen.
 """
 
 import contextlib

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only file that imports the compiled module, and not before it is needed.
-
-Without it the add-on still registers and its panel still draws: it then says what is missing.
-"""
+"""The only file that imports the compiled module, and not before it is needed: without it the panel says what is
+missing."""
 
 import importlib
 import importlib.machinery

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled deformers of this session, and what else is compiled, and the calls into them.
-
-Deformers are a cache of what the scene already says: nothing is lost when one is dropped, and nothing here holds
-a Blender object.
-"""
+"""The compiled deformers of this session, and the calls into them. They are a cache of what the scene already says:
+nothing is lost when one is dropped, and nothing here holds a Blender object."""
 
 import collections
 import re

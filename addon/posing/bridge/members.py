@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which vertices each handle has.
 
-A handle that the add-on made has those that an attribute of the mesh marks as its own, which is read and written at
-once, and which nobody paints, normalizes or renames. A handle of a vertex group has the vertices of that group; so have
-all of older files.
+A handle that the add-on made has those that an attribute of the mesh marks as its own, which is read at once, and which
+nobody paints or renames. A handle of a vertex group, as all of older files, has the vertices of that.
 
 A mark k is the pair (k, k * k) in the attribute, a point of a parabola. What subdividing puts between two vertices has
 a mean of their pairs: that is the same pair if one handle has both; else it lies above the parabola, and is no mark.

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted.
 
-Objects are known by what tells them apart while the file is open. Since Blender may put a new object where a deleted
-one was, our Empties bear a mark, too.
+Our Empties bear a mark, too, since Blender may put a new object where a deleted one was.
 """
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a mesh goes to the solver: the whole of it (scene/core/whole_mesh.py), with targets for images of anchors.
-
-Copies of a vertex stay together as long as the region has all of them or none: welding.spread() sees to it.
-"""
+Copies of a vertex stay together where the region has all of them or none, which welding.spread() sees to."""
 
 from functools import cached_property
 

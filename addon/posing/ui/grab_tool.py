@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tool in the toolbar of Object Mode: press on the mesh and drag. And keyboard shortcuts: they are free in
-Blender's own keymap, and can be changed in Preferences > Keymap.
-
-Blender keeps what the artist changed beside what is registered here, so that it survives.
-"""
+"""The tool in the toolbar of Object Mode: press on the mesh and drag. And shortcuts that are free in Blender's own
+keymap: what the artist changes of them in Preferences Blender keeps beside what is registered here."""
 
 import bpy
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are there whole or not at all: written under another name in the same folder, then renamed.
-And names of files that every system takes: a scene goes from one system to another, so the rules are the same on all.
-"""
+"""Files that are there whole or not at all: written under another name in the same folder, then renamed. And names of
+files that every system takes, since a scene goes from one to another."""
 
 import contextlib
 import errno

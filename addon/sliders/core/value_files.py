@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads files of shape values by name, as recorders of faces write them: tables, and JSON in any order of its parts.
-
-Either becomes records, {name: cell} of a frame each; value_columns.py makes values and times of these.
-"""
+Either becomes records, {name: cell} of a frame each, of which value_columns.py makes values and times."""
 
 import collections
 import csv

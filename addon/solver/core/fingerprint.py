@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a mesh is still the one that was bound, told from its content alone.
-
-A binding is remembered as a fingerprint of everything it depends on. It is kept in the .blend, so it follows undo,
-duplication, renaming and reopening without any bookkeeping.
-"""
+"""Whether a mesh is still the one that was bound, told from its content alone: a binding is remembered in the .blend as
+a fingerprint of all that it depends on, which follows undo, duplication, renaming and reopening."""
 
 import hashlib
 from typing import NamedTuple
