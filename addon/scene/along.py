@@ -122,13 +122,12 @@ def _state(obj):
     return _states.setdefault(compat.session_key(obj), _State())
 
 
-def followers(obj, taken=None):
-    """[(Follower, its objects)] of a mesh, made anew where anything is another; what cannot be read is left out.
-
-    taken: as of worn.taken(), if at hand. @throws MeanValueError."""
+def followers(obj, taken):
+    """[(Follower, its objects)] of a mesh, made anew where anything is another; what cannot be read is left out. taken:
+    as of worn.taken(). @throws MeanValueError."""
     state, carrier, kinds = _state(obj), _shape(obj), {}
     state.size, state.places, state.problems = bounding_box_diagonal(carrier.rest), {}, {}
-    for line, other in worn.taken(obj) if taken is None else taken:
+    for line, other in taken:
         try:
             place = state.places[compat.session_key(other)] = worn.to_carrier(obj, other)
             kinds.setdefault(line.kind, []).append((other, _shape(other), place))

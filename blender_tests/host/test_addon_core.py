@@ -9,8 +9,8 @@ import pytest
 from support import bent_tubes
 
 from addon.errors import CacheError, SceneError
-from addon.posing.core import joints, segments, springs
-from addon.posing.core.bind_input import BindInput, anchor_layout
+from addon.posing.core import joints, segments
+from addon.posing.core.bind_input import BindInput, anchor_layout, spring_strengths
 from addon.scene.core import motion, whole_files
 from addon.scene.core.key_shapes import KeyShapes, Slider
 from addon.scene.core.point_sets import require_finite
@@ -172,17 +172,17 @@ def test_poses_that_move_no_handle_or_one_outside_the_region_are_told(moved, war
 
 
 def test_hard_handles_need_no_springs():
-    assert springs.strengths(np.array([0, 1]), [None, None], 15.0, 100) is None
+    assert spring_strengths(np.array([0, 1]), [None, None], 15.0, 100) is None
 
 
 def test_a_spring_is_shared_out_among_the_vertices_of_its_handle():
     pieces = np.array([0, 1, 1, 2, 1, 1])
-    strengths = springs.strengths(pieces, [None, 0.5, None], 15.0, 100)
+    strengths = spring_strengths(pieces, [None, 0.5, None], 15.0, 100)
     assert np.isinf(strengths[[0, 3]]).all()
     assert strengths[pieces == 1].sum() == pytest.approx(0.06)
-    stronger = springs.strengths(pieces, [None, 0.75, None], 15.0, 100)
+    stronger = spring_strengths(pieces, [None, 0.75, None], 15.0, 100)
     assert (stronger[pieces == 1] > 5.0 * strengths[pieces == 1]).all()
-    assert (springs.strengths(pieces, [None, 0.0, None], None, 100)[pieces == 1] > 0.0).all()
+    assert (spring_strengths(pieces, [None, 0.0, None], None, 100)[pieces == 1] > 0.0).all()
 
 
 def test_soft_anchors_are_free_but_hold():

@@ -7,8 +7,7 @@ from support import native_calls
 from support.mirrored_bodies import body, part
 
 from addon.errors import SceneError
-from addon.posing.core import springs
-from addon.posing.core.bind_input import soft_border
+from addon.posing.core.bind_input import soft_border, spring_strengths
 from addon.scene.core import whole_mesh
 from blender_tests.host.test_messy_meshes import given as bind_input_of
 from native.benchmarks.rigid import rotation_about
@@ -35,7 +34,7 @@ def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None,
     pieces = np.array([next(n for n, group in enumerate(groups) if each in group) for each in anchors], np.int32)
     roi = np.ones(len(vertices), bool) if roi is None else roi
     border, border_strengths = (None, None) if freedom is None else soft_border(freedom, anchors, 10.0)
-    strengths = springs.strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum()))
+    strengths = spring_strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum()))
     of_border = {"border": border, "border_strengths": border_strengths}
     options = {"roi": roi, "rigidity": 10.0, "strengths": strengths, "planes": planes, "twins": joined, **of_border}
     return bind_input_of(vertices, triangles, anchors, pieces, **options)

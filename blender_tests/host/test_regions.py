@@ -7,8 +7,7 @@ import meanvalue
 import numpy as np
 import pytest
 
-from addon.posing.core import springs
-from addon.posing.core.bind_input import soft_border
+from addon.posing.core.bind_input import border_strengths, soft_border
 from addon.scene.core.point_sets import tinted_faces
 
 NO_FACES = np.empty((0, 3), np.int32)
@@ -187,7 +186,7 @@ def test_only_weights_between_none_and_all_are_a_border():
 
 
 def test_a_finer_mesh_has_weaker_springs_by_the_square_of_its_vertices():
-    coarse, fine = (springs.border_strengths(np.array([0.5]), 15.0, count)[0] for count in (100, 400))
+    coarse, fine = (border_strengths(np.array([0.5]), 15.0, count)[0] for count in (100, 400))
     assert coarse == pytest.approx(16.0 * fine)
 
 

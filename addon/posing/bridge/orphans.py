@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted.
-
-Our Empties bear a mark, too, since Blender may put a new object where a deleted one was.
-"""
+"""Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted."""
 
 import bpy
 
@@ -13,7 +10,6 @@ _made_for = {}  # session key of a control that was seen in a collection: that o
 
 
 def made(control, obj):
-    control.meanvalue.is_control = True
     _made_for[compat.session_key(control)] = compat.session_key(obj)
 
 
@@ -37,9 +33,7 @@ def note():
     for obj in bpy.data.objects:
         if obj.type == 'MESH':
             for handle in obj.meanvalue.handles:
-                if handle.made_control and handle.control is not None:
-                    handle.control.meanvalue.is_control = True
-                    is_deleted(handle)
+                is_deleted(handle)
 
 
 def forget():
@@ -58,8 +52,8 @@ def remove():
     """Removes the controls of meshes that are gone, but for those with animation, and what more than collections uses:
     children, constraints, drivers, modifiers, handles. Not in a handler."""
     for control in found():
-        is_ours = control.type == 'EMPTY' and control.meanvalue.is_control and control.parent is None
-        if is_ours and not actions.is_animated(control):
+        is_lone = control.type == 'EMPTY' and control.parent is None  # Blender may put others where one was
+        if is_lone and _homes(control) and not actions.is_animated(control):
             users = bpy.data.user_map(subset={control})[control]
             if all(isinstance(user, (bpy.types.Collection, bpy.types.Scene)) for user in users):
                 delete(control)
@@ -67,9 +61,14 @@ def remove():
 
 def delete(control):
     """With its action, and the collection that was made for controls if it is the last in there."""
-    homes = [each for each in control.users_collection if ids.CONTROLS_MARK in each]
+    homes = _homes(control)
     actions.remove_action(control)
     bpy.data.objects.remove(control)
     for collection in homes:
         if not collection.objects and not collection.children:
             bpy.data.collections.remove(collection)
+
+
+def _homes(control):
+    """The collections for controls that it is in."""
+    return [each for each in control.users_collection if ids.CONTROLS_MARK in each]

@@ -10,8 +10,7 @@ from ...live import roll
 from ...scene import declarations, kept, mirrors, object_model, shape_keys, vertex_groups
 from ...scene.core import welding, whole_mesh
 from ...scene.core.point_sets import require_finite
-from ..core import springs
-from ..core.bind_input import BindInput, anchor_layout, soft_border
+from ..core.bind_input import BindInput, anchor_layout, soft_border, spring_strengths
 from . import controls, examples, limbs, members, orphans, region, targets
 
 
@@ -94,7 +93,7 @@ def read(obj, to_bind=True):
         handles=handle_numbers,
         rigidity=rigidity,
         **({} if rigidity is None else limbs.read(obj, rest, *faces)),
-        strengths=springs.strengths(handle_numbers, soft, rigidity, int(roi.sum())),
+        strengths=spring_strengths(handle_numbers, soft, rigidity, int(roi.sum())),
         planes=planes,
         twins=twins,
         border=border,

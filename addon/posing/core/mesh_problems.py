@@ -83,7 +83,4 @@ def _of_parts(report, places):
     own = [k for k in np.unique(part_of) if k >= 0 and parts[k].free_count]  # the others are mirror images
     loose = [k for k in own if parts[k].undetermined == 7]
     unheld = [k for k in own if 0 < parts[k].undetermined < 7]
-    return {
-        'LOOSE': np.flatnonzero(np.isin(part_of, loose)),
-        'UNHELD': np.flatnonzero(np.isin(part_of, unheld)),
-    }
+    return {'LOOSE': np.flatnonzero(np.isin(part_of, loose)), 'UNHELD': np.flatnonzero(np.isin(part_of, unheld))}

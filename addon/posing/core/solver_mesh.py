@@ -107,7 +107,7 @@ class SolverMesh(whole_mesh.WholeMesh):
             self.strengths = np.tile(of.strengths, len(images))[leaders] * scale * self._share
 
     def _read_border(self):
-        """Springs of a soft border fall with the square of what is free, as in core.springs."""
+        """Springs of a soft border fall with the square of what is free, as in bind_input.py."""
         of, self.border, self.border_strengths = self._of, None, None
         if of.border is None:
             return

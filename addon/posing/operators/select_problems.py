@@ -28,10 +28,7 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     kind: EnumProperty(
         name="Kind",
         description="What to select",
-        items=(
-            (ALL, "All", "Whatever is unusual"),
-            *mesh_problems.KINDS,
-        ),
+        items=((ALL, "All", "Whatever is unusual"), *mesh_problems.KINDS),
         default=ALL,
     )
 

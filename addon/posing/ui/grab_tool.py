@@ -22,11 +22,7 @@ class MeanValueGrabTool(bpy.types.WorkSpaceTool):
     bl_cursor = 'CROSSHAIR'
     bl_keymap = (
         ("meanvalue.grab", {"type": 'LEFTMOUSE', "value": 'PRESS'}, None),
-        (
-            "meanvalue.grab",
-            {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True},
-            {"properties": [("pin", True)]},
-        ),
+        ("meanvalue.grab", {"type": 'LEFTMOUSE', "value": 'PRESS', "shift": True}, {"properties": [("pin", True)]}),
     )
 
     def draw_settings(context, layout, tool):  # noqa: N805  Blender calls it without an instance

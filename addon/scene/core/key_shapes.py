@@ -67,11 +67,11 @@ class KeyShapes:
         mask = self.masks.get(slider.group)
         return moved if mask is None else mask[rows, None] * moved
 
-    def mixed(self, values, rows=slice(None)):
-        """float64: where the sliders at `values`, (s,), have each vertex; rows: which vertices."""
-        result = self.rest[rows].astype(np.float64)
+    def mixed(self, values):
+        """n x 3 float64: where the sliders at `values`, (s,), have each vertex."""
+        result = self.rest.astype(np.float64)
         for number in np.flatnonzero(values):
-            result += values[number] * self.offset(number, rows)
+            result += values[number] * self.offset(number)
         return result
 
     def fit_input(self, anchors):
