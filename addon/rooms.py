@@ -39,8 +39,7 @@ class Bakeable(Protocol):
         """(k,) float64: what the shape at the frame that is current depends on. @throws SceneError."""
 
     def solve_steps(self, binding, bind_input, row, execution):
-        """Steps (see solver/job.py) to one shape, with positions (n x 3) and converged. @throws SolverError,
-        CancelledError."""
+        """Steps (see solver/job.py) to one shape, with positions (n x 3) and converged. @throws MeanValueError."""
 
     def shown_keys(self, obj) -> list:
         """The shape keys that show it, to be muted while the bake plays."""

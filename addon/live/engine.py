@@ -117,8 +117,7 @@ def _notice_end_of_rendering():
 
 @contextlib.contextmanager
 def held():
-    """Inside, nothing follows: frames are gone through only to see where the controls are, or a rig is measured, for
-    which Blender may evaluate the scene and call handlers."""
+    """Inside, nothing follows: the scene is evaluated only to see where controls are, or to measure a rig."""
     global _holds
     _holds += 1
     try:

@@ -82,8 +82,7 @@ def source_of(key):
 
 
 def drive(key, others, expression):
-    """A driver on the value of a shape key; others: {variable: the shape key whose value it has, or "mute", if the
-    variable is called so}."""
+    """A driver on the value of a key; others: {variable: the key whose value it has, or "mute" if it is called so}."""
     driver = key.driver_add("value").driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
     for name, other in others.items():

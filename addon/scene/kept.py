@@ -44,8 +44,7 @@ def told(mesh):
 
 @contextlib.contextmanager
 def writing(obj):
-    """Inside, the add-on writes to the mesh of `obj`, and what is kept of it stays true. At the end Blender evaluates
-    the scene, and tells of it."""
+    """Inside, the add-on writes to the mesh of `obj`: what is kept stays true. Evaluates the scene before and after."""
     key = compat.session_key(obj.data)
     if key in _ours:
         yield

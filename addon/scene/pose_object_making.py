@@ -18,8 +18,7 @@ from . import mesh_arrays, pose_objects, rig_space, shape_keys
 
 @contextlib.contextmanager
 def ready(obj):
-    """Gives (what to pose, [sentences]): `obj`, or the pose object that is made for what is another file's. That is
-    taken away again where what is done inside fails."""
+    """Gives (what to pose, [sentences]): `obj`, or a pose object made for it, which goes if what is inside fails."""
     if not pose_objects.is_foreign(obj):
         yield obj, []
         return

@@ -12,8 +12,7 @@ from .core import motion
 
 
 def of(context):
-    """The object that the artist works on: the active one, or the mesh that it stands for, or that stands for it in
-    this file; None for none."""
+    """The object that the artist works on: the active one, the mesh that it stands for, or its pose object; or None."""
     active = context.object
     if active is not None and active.type != 'MESH':
         active = next(filter(None, (find(active) for find in ALL.finders)), active)

@@ -73,8 +73,7 @@ def _is_reached(layer_collection, obj, switch):
 
 
 def is_pressable(obj, context):
-    """Whether a press in the 3D View can be meant for what it shows of the object: not for wire, which shows what is
-    behind, nor for what cannot be selected."""
+    """Whether a press can be meant for what a 3D View shows of the object: not wire, nor what cannot be selected."""
     obj = pose_objects.shown(obj)
     is_solid = obj.display_type not in {'WIRE', 'BOUNDS'} and not obj.hide_select
     is_solid = is_solid and _is_reached(context.view_layer.layer_collection, obj, "hide_select")

@@ -23,8 +23,7 @@ Mix = collections.namedtuple("Mix", "positions converged seconds")
 
 
 def bind_steps(mix_input, execution):
-    """Steps (see solver/job.py) to a native Morpher, which is kept. @throws NativeModuleError, SolverError,
-    CancelledError."""
+    """Steps (see solver/job.py) to a native Morpher, which is kept. @throws MeanValueError."""
     whole = mix_input.whole
     shapes = [whole.start(shape) for shape in (mix_input.rest, *(mix_input.points[name] for name in mix_input.names))]
     try:

@@ -25,8 +25,7 @@ def mix_names(obj):
 
 
 def mixed(obj):
-    """The shape keys that are mixed, in their order: all that are shown but the rest shape and what the add-on makes
-    of them."""
+    """The shape keys that are mixed, in their order: all shown ones but the rest shape and what the add-on makes."""
     keys = obj.data.shape_keys
     if keys is None:
         return []

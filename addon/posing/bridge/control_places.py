@@ -70,8 +70,7 @@ def rig_transform(space, handle, vertices):
 
 
 def follows_rig(obj, handle):
-    """Whether the control of `handle` goes along with the rig: one that Add Handle made and Blender's own ways have not
-    put elsewhere."""
+    """Whether the control of `handle` goes along with the rig: Add Handle made it, and nobody has put it elsewhere."""
     control = handle.control
     if not (handle.made_control and control is not None and control.parent == obj and control.parent_type == 'OBJECT'):
         return False
@@ -89,8 +88,7 @@ def frame_of(handle):
 
 
 def unscaled(obj):
-    """3 x 3: what takes the object's uneven scale out, so that what is turned in it is turned in the world; the unit
-    matrix where the scale is even."""
+    """3 x 3: takes the object's uneven scale out, so that what turns in it turns in the world; the identity if even."""
     world = np.array(obj.matrix_world, np.float64)[:3, :3]
     _, sizes, axes = np.linalg.svd(world)
     if motion.is_flat(world) or np.ptp(sizes) <= 1e-5 * sizes.max():

@@ -53,8 +53,7 @@ def remove_made_group(obj):
 
 
 def weights(obj):
-    """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 if no region is set or its group is
-    missing."""
+    """n float64, 0 to 1: how freely each vertex may move by the settings; all 0 without a region, or its group."""
     if kept.has_any():
         bpy.context.view_layer.update()  # Blender has told of all edits then
     return known_weights(obj, 0.0)
@@ -155,8 +154,7 @@ def _find_below(rest, triangles, parts, far, below, gaps):
 
 
 def write(obj, weights):
-    """Makes the region exactly `weights` (n bool, or n float from 0 to 1). The artist's own group is not changed: a new
-    one takes its place in the settings."""
+    """Makes the region exactly n `weights`, bool or 0 to 1: in a new group, where that of before is the artist's."""
     settings = obj.meanvalue
     with engine.held(), kept.writing(obj):
         if settings.roi_group in obj.vertex_groups and settings.roi_group != settings.made_region:
@@ -200,8 +198,7 @@ def without(obj, handle, weights):
 
 
 def let_go(obj, handle):
-    """Takes the surroundings of a handle, before it is removed, out of a region that the add-on made. The region goes
-    with the last of its handles."""
+    """Takes the surroundings of a handle out of a region that the add-on made, which goes with the last of them."""
     settings = obj.meanvalue
     is_ours = settings.roi_group in obj.vertex_groups and settings.roi_group == settings.made_region
     if handle.size == 0.0 or not is_ours or obj.data.is_editmode:

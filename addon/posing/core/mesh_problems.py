@@ -60,8 +60,7 @@ def _doubles(rest, triangles, copies):
 
 
 def _of_edges(triangles):
-    """{kind: vertices} of edges that both of their faces go along in one direction, and of those that more than two
-    faces share."""
+    """{kind: vertices} of edges that both faces go along in one direction, and of those that more than two share."""
     edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)  # from corner to corner
     uses = _uses(np.sort(edges, axis=1))
     of_two = edges[uses == 2]

@@ -78,8 +78,7 @@ def limbs(rest, corners, starts, part_of, is_whole, up):
 
 
 def limits(of, rest, holders):
-    """The Limits of each two holders that have no part in common. of: Limbs; holders: {number of a handle: vertices},
-    -1 for what cannot move."""
+    """The Limits of each two holders with no common part. holders: {handle, or -1 for what is fixed: vertices}."""
     held, found = {}, []
     for number, vertices in holders.items():
         parts = of.part_of[vertices]

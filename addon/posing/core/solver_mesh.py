@@ -74,8 +74,7 @@ class SolverMesh(whole_mesh.WholeMesh):
         self._read_border()
 
     def _read_anchors(self):
-        """_claims: which of C x k images of anchors have a say, vertex after vertex; _begins: where those of each
-        begin."""
+        """_claims: which of C x k images of anchors have a say, by vertices; _begins: where those of each begin."""
         of, images = self._of, self._images[:, self._of.anchors]
         self.anchors, places = np.unique(images, return_inverse=True)
         self.anchors, places = self.anchors.astype(np.int32), places.ravel()

@@ -62,8 +62,7 @@ def first_of_place(points, distance):
 
 
 def require_no_more_than_seams(rest, face_corners, face_starts, merge_distance):
-    """@throws SceneError, with a distance that does, if `merge_distance` takes more than MOST_COLLAPSED of the faces'
-    edges away."""
+    """@throws SceneError, with a distance that does, if `merge_distance` takes too many of the faces' edges away."""
     lengths = edge_lengths(rest, face_corners, face_starts) if merge_distance > 0.0 and len(face_starts) else []
     collapsed = float((lengths <= merge_distance).mean()) if len(lengths) else 0.0
     if collapsed > MOST_COLLAPSED:

@@ -117,8 +117,7 @@ class WholeMesh:
         return np.ascontiguousarray(values[..., self._firsts[self._source]])
 
     def pairs(self, vertices, points):
-        """(vertices of the whole, points) of pairs of k vertices of the mesh and k x 3 points: with those of images
-        where these are other vertices."""
+        """(vertices of the whole, points) of k vertices and k x 3 points: with images where these are other ones."""
         found, places = self.places[vertices], [points]
         for turn, shift, images in zip(self._turns[1:], self._shifts[1:], self._images[1:], strict=True):
             is_new = ~np.isin(images[vertices], found)

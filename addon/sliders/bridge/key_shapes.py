@@ -49,8 +49,7 @@ def _none_to_drive(obj, left_alone):
 
 
 def left_alone_note(left_alone):
-    """What of [(name, why)] is left alone, as a sentence: "'A' and 'B' (muted) and 'C' (locked) are left alone"; ""
-    if nothing is."""
+    """What of [(name, why)] is left alone, as a sentence: "'A' and 'B' (muted) are left alone"; "" if nothing is."""
     reasons = {}
     for name, why in left_alone:
         reasons.setdefault(why, []).append(name)
