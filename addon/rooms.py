@@ -3,11 +3,53 @@
 lacks a part of its contract. Shared rooms, and those that a feature builds on, call what is in ALL, and know no
 feature."""
 
-import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from types import ModuleType
 from typing import Any, Protocol, runtime_checkable
+
+
+@runtime_checkable
+class Follows(Protocol):
+    """A class of followers, derived from that in live/following.py, which calls these. The first four are static."""
+
+    READS: Any  # as a Kind of scene/object_model.py
+    FOLLOWS: str  # what moves it, in words
+    LABEL: str
+    AND_EXPORTS: str  # what to mind besides, behind "Bake first"
+
+    def asks_for(self, obj) -> bool:
+        """Whether it is turned on for `obj`."""
+
+    def turn(self, obj, is_on: bool):
+        """The switch of that."""
+
+    def is_animated(self, obj) -> bool:
+        """Whether keyframes move what it follows. On any thread."""
+
+    def why_hidden(self, obj) -> str | None:
+        """Why nothing of it is to be seen, in words."""
+
+    def notes(self) -> Iterable[str]:
+        """What is wrong with what is shown, in sentences."""
+
+    def _cached_binding(self, found):
+        """What is bound of what was read, if it is at hand; else None."""
+
+    def _bind_work(self, obj) -> Callable:
+        """The work of a Job that ends in a function of the object, which takes the binding up."""
+
+    def _solve_work(self, obj, settles: bool) -> Callable:
+        """The same for the answer to what is wanted; settles: it is the last word."""
+
+    def _read_targets(self, obj):
+        """What is wanted now. @throws MeanValueError."""
+
+    def _is_same_target(self, first, second) -> bool:
+        """Of two that _read_targets() gave."""
+
+    def _make_key(self, obj):
+        """Makes the key that it writes."""
 
 
 @runtime_checkable
@@ -59,7 +101,7 @@ class Hooks:
     """Functions of an object, unless it says otherwise, and contracts that others call."""
 
     finders: Sequence[Callable] = ()  # to the mesh object that it stands for, as a control does, or None
-    followers: Sequence[type] = ()  # of live/following.py; one that is derived from another takes its place
+    followers: Sequence[Follows] = ()  # one that is derived from another takes its place
     shown_keys: Sequence[ShownKeys] = ()
     bakeables: Sequence[Bakeable] = ()
     #: To (names of shape keys that were made of the rest shape, what to do about them once that is another, or "").
@@ -92,9 +134,8 @@ class Room(Hooks):
     unregister: Callable = lambda: None
 
     def __post_init__(self):
-        unfinished = [each for each in self.followers if inspect.isabstract(each)]
-        for found, contract in ((self.shown_keys, ShownKeys), (self.bakeables, Bakeable)):
-            unfinished += [each for each in found if not isinstance(each, contract)]
+        contracts = (self.followers, Follows), (self.shown_keys, ShownKeys), (self.bakeables, Bakeable)
+        unfinished = [each for found, contract in contracts for each in found if not isinstance(each, contract)]
         if unfinished:
             raise TypeError(f"{unfinished} lack what their contract wants")
 

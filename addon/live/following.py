@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What following handles and following sliders have in common.
+"""What following handles and following sliders have in common. What each has of its own: rooms.Follows.
 
 One job at a time runs beside the interface. What comes in meanwhile replaces what is wanted. When nothing has changed
 for a moment the answer is settled, so that it does not depend on the way there. What is to be done next follows from
@@ -12,7 +12,6 @@ from .. import wording
 from ..errors import CancelledError, MeanValueError, SceneError
 from ..scene import kept, key_marks, object_model, shape_keys, subject
 from ..solver.job import Job
-from .follows import Follows
 
 #: How long a handler waits for a solve, so that a quick one is drawn with the move that caused it.
 FRAME_SECONDS = 1.0 / 30.0
@@ -32,7 +31,7 @@ SLOW_SECONDS = 1.0
 clock = time.monotonic
 
 
-class Following(Follows):
+class Following:
     """Use on the main thread only. Knows of the object only its name. problem: in words why it does not follow, or
     None; solve_seconds: of the last solve."""
 
