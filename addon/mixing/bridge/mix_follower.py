@@ -130,6 +130,8 @@ class MixFollower(Following):
     FOLLOWS, AND_EXPORTS = "shape keys", ""
     LABEL = "Rotation-Aware Keys"
 
+    asks_for = staticmethod(lambda obj: obj.meanvalue.mix.is_on)
+    is_animated = staticmethod(lambda obj: obj.data.shape_keys is not None and actions.is_animated(obj.data.shape_keys))
     why_hidden = staticmethod(mixed_keys.why_hidden)
     _cached_binding = staticmethod(lambda mix_input: session.cache.get(mix_input.key))
     _read_targets = staticmethod(mixed_keys.values)
@@ -137,16 +139,8 @@ class MixFollower(Following):
     _make_key = staticmethod(mixed_keys.make_key)
 
     @staticmethod
-    def asks_for(obj):
-        return obj.meanvalue.mix.is_on
-
-    @staticmethod
     def turn(obj, is_on):
         obj.meanvalue.mix.is_on = is_on
-
-    @staticmethod
-    def is_animated(obj):
-        return obj.data.shape_keys is not None and actions.is_animated(obj.data.shape_keys)
 
     def notes(self):
         return ()

@@ -176,8 +176,5 @@ def _follow_rig(obj, handles):
 
 
 def _elsewhere(obj, handles, transforms):
-    return [
-        handle
-        for handle, transform in zip(handles, transforms, strict=True)
-        if move(obj, handle, transform) is not motion.IDENTITY
-    ]
+    pairs = zip(handles, transforms, strict=True)
+    return [handle for handle, transform in pairs if move(obj, handle, transform) is not motion.IDENTITY]

@@ -135,10 +135,7 @@ class KeyFollower(Follower):
 
     READS = READING
     READS_AT_REST = True
-
-    @staticmethod
-    def asks_for(obj):
-        return obj.meanvalue.live and is_on(obj)
+    asks_for = staticmethod(lambda obj: obj.meanvalue.live and is_on(obj))
 
     @staticmethod
     def why_hidden(obj):
