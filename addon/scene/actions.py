@@ -81,15 +81,22 @@ def source_of(key):
     return target and (target.id, target.data_path)
 
 
-def drive(key, others, expression):
-    """A driver on the value of a key; others: {variable: the key whose value it has, or "mute" if it is called so}."""
-    driver = key.driver_add("value").driver
+def drive(owner, sources, expression, path="value"):
+    """sources: {variable: a shape key whose value it has, or "mute" if it is called so; or (datablock, path); or (rig,
+    bone, channel of its own turn, how that is split)}."""
+    driver = owner.driver_add(path).driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
-    for name, other in others.items():
+    for name, source in sources.items():
         variable = driver.variables.new()
         variable.name, target = name, variable.targets[0]
-        target.id_type, target.id = 'KEY', other.id_data
-        target.data_path = other.path_from_id("mute" if name == "mute" else "value")
+        if isinstance(source, bpy.types.ShapeKey):
+            target.id_type = 'KEY'
+            source = source.id_data, source.path_from_id("mute" if name == "mute" else "value")
+        if len(source) == 2:
+            target.id, target.data_path = source
+        else:
+            variable.type, target.transform_space = 'TRANSFORMS', 'LOCAL_SPACE'
+            target.id, target.bone_target, target.transform_type, target.rotation_mode = source
     driver.expression = expression
 
 

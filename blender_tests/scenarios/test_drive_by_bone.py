@@ -10,10 +10,10 @@ from support import handles, rigs, steps
 from support.handles import move
 
 
-def corrected(has_keyframes=False):
+def corrected(has_keyframes=False, degrees=60.0):
     """(object, armature object) with the bone bent and a pose kept for that."""
     obj, rig = rigs.posed_arm()
-    rigs.bend(rig, 60.0)
+    rigs.bend(rig, degrees)
     move(obj.meanvalue.handles["Top"].control, (0.3, 0.0, 0.0))
     if has_keyframes:
         obj.meanvalue.handles["Top"].control.keyframe_insert("location")
@@ -21,9 +21,9 @@ def corrected(has_keyframes=False):
     return obj, rig
 
 
-def value_at(obj, rig, degrees):
+def value_at(obj, rig, degrees, name="Bent"):
     rigs.bend(rig, degrees)
-    return obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks["Bent"].value
+    return obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks[name].value
 
 
 @pytest.mark.parametrize("has_keyframes", [False, True])
@@ -61,9 +61,55 @@ def test_bone_axis_and_angle_can_be_given():
 
 
 def test_refused_where_no_bone_is_turned():
-    obj, rig = corrected()
-    rigs.bend(rig, 0.0)
+    obj, _rig = corrected(degrees=0.0)
     for given in ({}, {"angle": 0.5}):  # no bone is taken by chance
         with steps.refused("No bone is turned"):
             bpy.ops.meanvalue.drive_by_bone(**given)
     assert not obj.data.shape_keys.animation_data
+
+
+def test_a_second_pose_of_the_bone_leaves_the_first_alone():
+    obj, rig = corrected()
+    bpy.ops.meanvalue.drive_by_bone()
+    wanted = {60.0: ((1.0, 0.0), rigs.seen(obj))}
+    rigs.bend(rig, 120.0)
+    move(obj.meanvalue.handles["Top"].control, (0.0, 0.4, 0.0))
+    wanted[120.0] = (0.0, 1.0), rigs.seen(obj)
+    bpy.ops.meanvalue.keep_pose(name="Far")
+    for degrees, (values, seen) in wanted.items():
+        assert [value_at(obj, rig, degrees, name) for name in ("Bent", "Far")] == pytest.approx(values, abs=1e-6)
+        assert np.abs(rigs.seen(obj) - seen).max() < 1e-2
+    bpy.ops.meanvalue.drive_by_bone(remove=True)
+    assert not obj.animation_data.drivers and not obj.data.shape_keys.animation_data.drivers
+    assert "Drive" not in "".join(obj.keys())
+
+
+def test_each_of_many_poses_is_on_at_its_own_and_what_is_renamed_or_reloaded_goes_on(tmp_path):
+    obj, rig = rigs.arm()
+    obj.shape_key_add(name="Basis")
+
+    def turned(upper):
+        rig.pose.bones[0].rotation_mode = 'XYZ'
+        rig.pose.bones[0].rotation_euler = np.radians(upper)
+        handles.update()
+        return [key.value for key in obj.data.shape_keys.key_blocks[1:]]
+
+    poses = np.array([(60, 0, 0), (0, 0, -70), (0, 60, 0), (90, 0, 60)])
+    for pose in poses:
+        obj.shape_key_add().data[0].co.x += 1.0
+        obj.active_shape_key_index += 1
+        turned(pose)
+        bpy.ops.meanvalue.drive_by_bone()
+    drivers = [*obj.animation_data.drivers, *obj.data.shape_keys.animation_data.drivers]
+    assert all(curve.driver.is_simple_expression and curve.driver.is_valid for curve in drivers)
+    for each in (obj, obj.data, rig, rig.data, rig.pose.bones[0], *obj.data.shape_keys.key_blocks[1:]):
+        each.name += " renamed"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "poses.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "poses.blend"))
+    obj = bpy.data.objects["Arm renamed"]
+    rig = obj.modifiers[0].object
+    np.testing.assert_allclose([turned(each) for each in (np.zeros(3), *poses)], np.eye(5)[:, 1:], atol=1e-6)
+    np.testing.assert_allclose([turned(each + 0.3) for each in poses], np.eye(4), atol=1e-3)
+    way = np.array([turned((1.0 - share) * poses[0] + share * poses[1]) for share in np.linspace(0.0, 1.0, 30)])
+    assert way.min() >= 0.0 and way.sum(axis=1).max() <= 1.0 + 1e-6
+    assert np.diff(way[:, 0]).max() < 1e-6 and np.diff(way[:, 1]).min() > -1e-6

@@ -167,15 +167,6 @@ def test_what_cannot_be_wrapped_is_told_and_changes_nothing(two, spoil, words):
     assert_same(before, snapshot(obj))
 
 
-def test_picking_waits_for_another_mesh():
-    obj = ball("Ball", 4, 8)
-    assert not bpy.ops.meanvalue.pick_wrap_pairs.poll() and not bpy.ops.meanvalue.wrap.poll()
-    ball("Egg", 4, 8)
-    meshes.activate(obj)
-    bpy.data.objects["Egg"].select_set(True)
-    assert bpy.ops.meanvalue.pick_wrap_pairs.poll() and bpy.ops.meanvalue.wrap.poll()
-
-
 def test_pairs_are_checked_as_they_are_picked(two):
     obj, other = two
     pick(obj, other, [0])

@@ -1,20 +1,187 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Has a bone drive a kept pose: off where the bone rests, fully on where it is now."""
+"""Has kept poses driven by the poses of the rig that they are for: on there, off at the others and at rest.
+
+Gradient bands, smooth (Johansen, Automated Semi-Procedural Animation for Character Locomotion, 2009): u of a pose is
+the product over the others of smoothstep(-D, D, d - d'), with d and d' the squared distances of the rig from the other
+and from the pose, and D between both. A key is u over the sum of all. A pose is where the Y axis of each bone looks,
+and the twist around it. Between bones and keys are properties of the mesh object, so that a linked rig serves.
+"""
+
+import itertools
+import re
 
 import bpy
+import numpy as np
+from mathutils import Quaternion, Vector
 
-from ... import ids, wording
+from ... import wording
 from ...errors import SceneError
-from ...scene import actions, rig_space, shape_keys, subject
+from ...scene import actions, along, key_marks, pose_key, rig_space, shape_keys, subject, vertex_groups
+from ...scene.key_marks import Role
 from ...widgets.base import MeshOperator
 
-AXES = "XYZ"
+#: On the datablock of the keys: {mark of a key: {bone: its turn}}. So begin names of what is between bones and keys.
+POSES, PREFIX = "meanvalue_poses", "Drive by Pose"
 
-#: A bone that is turned by less, in radians, is not posed.
-LEAST_ANGLE = 0.01
+#: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Squared distances: below the
+#: first two poses are one, and below the second, of 10 degrees, keys show at each other's pose.
+LEAST_TURN, SAME, NEAR = 0.005, 1e-5, 0.03
+
+#: Poses of a group, and factors in an expression, of which Blender keeps 255 characters.
+MOST_POSES, FACTORS = 12, 6
+
+_OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)|clamp\(turn / [-+.e\d]+\)")  # the latter in files of before there were bands
 
 
-def _kept(obj):
+def _turns(obj, key):
+    """{bone: Quaternion} of the bones that are turned and carry what `key` moves; of all if none does."""
+    rig, found = rig_space.armature(obj), {}
+    for bone in rig.pose.bones if rig is not None else ():
+        local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
+        turn = local.to_quaternion().normalized()
+        if Vector(turn[1:]).length >= LEAST_TURN:
+            found[bone.name] = turn
+    squares = np.square(shape_keys.positions(key) - shape_keys.rest_positions(obj.data)).sum(axis=1)
+    moved = squares > 0.01 * squares.max(initial=0.0)
+    carry = [name for name, members in vertex_groups.members(obj, found).items() if moved[members].any()]
+    return {name: found[name] for name in carry or found}
+
+
+def _store(key, turns):
+    """Gives the key its pose, and a mark of its own, by which that is found; not that of a kept one without a name, if
+    it is the artist's."""
+    if key_marks.role(key) in {None, Role.KEPT}:
+        taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
+        counts = itertools.count(int(key_marks.role(key) is None))
+        marks = (key_marks.mark(Role.KEPT, key.name + " " * count) for count in counts)
+        key.slider_min = next(mark for mark in marks if mark not in taken)
+    if POSES not in key.id_data:
+        key.id_data[POSES] = {}
+    key.id_data[POSES][repr(key.slider_min)] = {name: list(turn) for name, turn in turns.items()}
+
+
+def _pose(key):
+    """{bone: Quaternion} that the key is for; empty if that is not known."""
+    pose = key.id_data.get(POSES, {}).get(repr(key.slider_min), {})
+    return {name: Quaternion(turn) for name, turn in pose.items()}
+
+
+def is_driven(key):
+    """Whether its driver is one of ours."""
+    curve = actions.driver_of(key)
+    return bool(curve and _OURS.fullmatch(curve.driver.expression))
+
+
+def _group(key):
+    """The key and those whose poses share bones with its, or with one of these, but for those an artist drives."""
+    free = {each: set(_pose(each)) for each in key.id_data.key_blocks if is_driven(each) or not actions.driver_of(each)}
+    found, bones = [key], set(_pose(key))
+    while more := [each for each in free if each not in found and bones & free[each]]:
+        found += more
+        bones.update(*(free[each] for each in more))
+    return [each for each in key.id_data.key_blocks if each in found]
+
+
+def _places(poses):
+    """(bones, (p, b, 5) where each pose has them, (p, p) squared distances)."""
+    bones = sorted(set().union(*poses))
+    turns = [[pose.get(bone, Quaternion()) for bone in bones] for pose in poses]
+    looks = [[turn @ Vector((0.0, 1.0, 0.0)) for turn in row] for row in turns]
+    twists = np.array([[turn.to_swing_twist('Y')[1] for turn in row] for row in turns])
+    places = np.dstack([looks, 0.5 * np.cos(twists), 0.5 * np.sin(twists)])
+    return bones, places, np.square(places[:, None] - places).sum(axis=(2, 3))
+
+
+def keep(obj, key):
+    """A pose was kept as `key`: for the pose of the rig. What keys for others of its bones show is part of it, since
+    they are off there from here on. Returns (these, notes)."""
+    turns, mates, notes = _turns(obj, key), [], []
+    if turns:
+        _store(key, turns)
+        mates = [each for each in _group(key) if each != key and each.value and not each.mute]
+        mates = [each for each in mates if _places([turns, _pose(each)])[2][0, 1] > SAME]
+    for other in along.group(obj) if mates else ():
+        rest, found = shape_keys.rest_positions(other.data), {}
+        for each in other.data.shape_keys.key_blocks if other.data.shape_keys else ():  # along, those that ours drive
+            found[(each.id_data, each.path_from_id("value")) if other == obj else actions.source_of(each)] = each
+        kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
+        if kept is not None:
+            moves = (each.value * (shape_keys.positions(each) - rest) for each in shown if each is not None)
+            shape_keys.write_positions(other.data, kept, sum(moves, shape_keys.positions(kept)))
+    if mates:
+        names = wording.quoted([each.name for each in mates])
+        notes.append(f"What {names} showed is part of '{key.name}', since they are for other poses of these bones")
+    if any(map(is_driven, mates)):
+        try:
+            notes += _drive(obj, [key])
+        except SceneError as error:
+            notes.append(f"Press Drive by Pose. {error}")
+    return mates, notes
+
+
+def _drive(obj, more, without=()):
+    """Makes all our drivers anew, with those of the keys `more` and their groups. Returns notes. @throws SceneError."""
+    rig, groups, notes = rig_space.armature(obj), [], []
+    ours = [key for key in obj.data.shape_keys.key_blocks if is_driven(key) and _pose(key)]
+    for key in (*more, *ours):
+        if key not in without and not any(key in group for group in groups):
+            groups.append(_group(key))
+    plans = [(group, *_places([{}, *map(_pose, group)])) for group in groups]
+    for group, *_, apart in plans:
+        lost = [(key, bone) for key in group for bone in _pose(key) if bone not in rig.pose.bones]
+        if lost:
+            key, bone = lost[0]
+            raise SceneError(f"'{rig.name}' has no bone '{bone}'. Choose '{key.name}', pose the rig, and press again")
+        if len(group) > MOST_POSES:
+            raise SceneError(f"{len(group)} kept poses share bones, and {MOST_POSES} at most can. Delete some")
+        near = np.argwhere((np.triu(apart, 1) >= SAME) & (apart < NEAR))
+        pairs = [wording.quoted([["rest", *(key.name for key in group)][each] for each in pair]) for pair in near]
+        notes += [f"{pair} are within 10 degrees, so that one shows at the other's pose" for pair in pairs]
+    for key in (*more, *ours, *without):
+        key.driver_remove("value")
+    for owner in (obj, *pose_key.sharing(obj)):
+        for name in [each for each in owner.keys() if each.startswith(PREFIX)]:  # noqa: SIM118
+            owner.driver_remove(f'["{name}"]')
+            del owner[name]
+    for number, plan in enumerate(plans, 1):
+        _drive_group(obj, rig, f"{PREFIX} {number}", *plan)
+    return notes
+
+
+def _drive_group(obj, rig, name, keys, bones, places, apart):
+    def chain(what, parts, glue):
+        """(obj, path) of the property with the sum or the product of parts, (expression, its sources) each."""
+        last = {}
+        for number, (expression, sources) in enumerate(parts):
+            helper = f"{name}: {what}" + f", {number + 1}" * (number > 0)
+            obj[helper], path = 0.0, f'["{helper}"]'
+            actions.drive(obj, {**sources, **last}, f"p{glue}{expression}" if last else expression, path)
+            last = {"p": (obj, path)}
+        return last["p"]
+
+    turns = [{each: (rig, bone, f"ROT_{each.upper()}", 'QUATERNION') for each in "wxyz"} for bone in bones]
+    turns = [turn | {"t": (rig, bone, "ROT_Y", 'SWING_TWIST_Y')} for turn, bone in zip(turns, bones, strict=True)]
+    first = (apart < SAME).argmax(axis=1)  # keys of one pose share its band
+    poses, bands = np.unique(first), {}
+    parts = {pose: [*zip(map(_distance, places[pose]), turns, strict=True)] for pose in poses}
+    distances = {f"d{pose}": chain(f"distance {pose}", parts[pose], "+") for pose in poses}
+    for pose in poses:
+        steps = [f"smoothstep({-apart[pose, k]:.7g},{apart[pose, k]:.7g},d{k}-d{pose})" for k in poses if k != pose]
+        parts = [("*".join(steps[k : k + FACTORS]), distances) for k in range(0, len(steps), FACTORS)]
+        bands[f"u{pose}"] = chain(f"pose {pose}", parts, "*")
+    for key, pose in zip(keys, first[1:], strict=True):
+        key.slider_max = max(key.slider_max, 1.0)
+        actions.drive(key, bands, f"u{pose}/({'+'.join(bands)})")
+
+
+def _distance(place):
+    """In the language of drivers, of the squared distance from a bone's place what is not the same for all places."""
+    a, b, c = -2.0 * place[:3]
+    twist = np.arctan2(place[4], place[3])
+    return f"2*({a:.7g}*(x*y-w*z){b:+.7g}*(.5-x*x-z*z){c:+.7g}*(y*z+w*x))-.5*cos(t{-twist:+.7g})"
+
+
+def _key(obj):
     """The active shape key, if it is none that posing writes or reads: the pose that was kept last; or None."""
     key = obj.active_shape_key
     is_own = key is not None and key not in {shape_keys.result(obj), obj.data.shape_keys.reference_key}
@@ -23,13 +190,13 @@ def _kept(obj):
 
 def _problem(obj):
     """Why the kept pose takes no driver, in words, or None."""
-    key = _kept(obj)
+    key = _key(obj)
     if key is None:
         return "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
     if rig_space.armature(obj) is None:
         return f"'{obj.name}' follows no armature, whose bones could drive the pose"
     curve = actions.driver_of(key)
-    if not curve:
+    if not curve or is_driven(key):
         return None
     used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
     by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
@@ -37,77 +204,63 @@ def _problem(obj):
 
 
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
-    """Have a bone drive the kept pose: off where the bone rests, fully on at the angle that it has now"""
+    """Have bones drive the kept pose, and all others of these bones: fully on where it was kept, off at rest"""
 
-    bl_label = "Drive by Bone"
+    bl_label = "Drive by Pose"
     problems = (_problem,)
+    switch = "remove"
 
     bone: bpy.props.StringProperty(
-        name="Bone",
-        description="If empty: the bone that is turned most",
-        maxlen=ids.NAME_LENGTH,
-        options={'SKIP_SAVE'},
+        name="Bone", description="If empty: those that were posed when it was kept, or are now", options={'SKIP_SAVE'}
     )
     axis: bpy.props.EnumProperty(
         name="Axis",
         description="The bone's own axis that it turns around",
-        items=[(axis, axis, f"Around the bone's {axis}") for axis in AXES],
+        items=[(axis, axis, f"Around the bone's {axis}") for axis in "XYZ"],
         options={'SKIP_SAVE'},
     )
     angle: bpy.props.FloatProperty(
         name="Angle",
-        description="Where the pose is fully on. If it was never given: the angle that the bone has now",
+        description="Where the pose is fully on. If it was never given: as the bone is turned now",
         subtype='ANGLE',
         options={'SKIP_SAVE'},
     )
+    remove: bpy.props.BoolProperty(
+        name="Remove", description="Take its driver away, and those of other poses of its bones", options={'SKIP_SAVE'}
+    )
 
     def invoke(self, context, _event):
-        obj = subject.of(context)
-        self._fill_in(rig_space.armature(obj))
-        return context.window_manager.invoke_props_dialog(self)
+        return self.execute(context) if self.remove else context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
-        layout = self.layout
+        layout, obj = self.layout, subject.of(context)
         layout.use_property_split = True
-        layout.prop_search(self, "bone", rig_space.armature(subject.of(context)).pose, "bones")
-        layout.prop(self, "axis")
-        layout.prop(self, "angle")
+        layout.prop_search(self, "bone", rig_space.armature(obj).pose, "bones")
+        if self.bone:
+            layout.prop(self, "axis")
+            layout.prop(self, "angle")
+        for key in _group(_key(obj)):
+            layout.label(text=f"{key.name}: {wording.listed(_pose(key) or _turns(obj, key))}, now {key.value:.2f}")
 
     def run(self, obj):
-        rig, key = rig_space.armature(obj), _kept(obj)
-        self._fill_in(rig)
+        rig, key = rig_space.armature(obj), _key(obj)
+        if self.remove:
+            gone = [each for each in _group(key) if is_driven(each)]
+            if not gone:
+                raise SceneError(f"No pose drives '{key.name}'")
+            _drive(obj, [], gone)
+            return f"{wording.quoted([each.name for each in gone])} are driven no more", []
+        turned, pose, has_angle = _turns(obj, key), _pose(key), self.properties.is_property_set("angle")
+        pose = pose if pose and all(bone in rig.pose.bones for bone in pose) else turned
         if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
-        if not self.bone or abs(self.angle) < LEAST_ANGLE:
+        if self.bone or has_angle:
+            bone = self.bone or max(turned, key=lambda name: Vector(turned[name][1:]).length, default="")
+            if has_angle and bone:
+                turned[bone] = Quaternion([float(axis == self.axis) for axis in "XYZ"], self.angle)
+            pose = {bone: turned[bone]} if bone in turned else {}
+        if not any(Vector(turn[1:]).length >= LEAST_TURN for turn in pose.values()):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
-        driver = key.driver_add("value").driver
-        variable = driver.variables.new()
-        variable.name, variable.type = "turn", 'TRANSFORMS'
-        target = variable.targets[0]
-        target.id, target.bone_target = rig, self.bone
-        target.transform_type, target.transform_space = f"ROT_{self.axis}", 'LOCAL_SPACE'
-        target.rotation_mode = f"SWING_TWIST_{self.axis}"
-        driver.type, driver.expression = 'SCRIPTED', f"clamp(turn / {self.angle:.9g})"
-        at = f"{self.angle * 57.29578:.0f} degrees around {self.axis}"
-        return f"Bone '{self.bone}' drives '{key.name}': fully on at {at}", []
-
-    def _fill_in(self, rig):
-        """What was not given."""
-        given = self.properties.is_property_set
-        if not given("bone"):
-            turned = [(max(map(abs, _angles(rig, bone))), bone.name) for bone in rig.pose.bones]
-            self.bone = max((each for each in turned if each[0] >= LEAST_ANGLE), default=(0.0, ""))[1]
-        bone = rig.pose.bones.get(self.bone)
-        if bone is None:
-            return
-        angles = _angles(rig, bone)
-        if not given("axis"):
-            self.axis = AXES[max(range(3), key=lambda axis: abs(angles[axis]))]
-        if not given("angle"):
-            self.angle = angles[AXES.index(self.axis)]
-
-
-def _angles(rig, bone):
-    """How far a pose bone is turned around each of its own axes, as the driver's variable has it."""
-    local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
-    return [local.to_quaternion().to_swing_twist(axis)[1] for axis in AXES]
+        _store(key, pose)
+        notes, names = _drive(obj, [key]), wording.quoted([each.name for each in _group(key)], limit=MOST_POSES)
+        return f"{names} follow the pose of {wording.quoted(pose)}", notes

@@ -17,6 +17,7 @@ from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import control_places, controls, examples, new_handles, posing, region, targets
 from ..bridge.posing import CONTROLS, Posing
+from . import drive_by_bone
 
 
 class SettledOperator(BackgroundOperator):
@@ -70,19 +71,22 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         key.slider_min = key_marks.mark(Role.KEPT, key.name)
         name = key.name
         along.keep(obj, key)
+        others, notes = drive_by_bone.keep(obj, key)
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
         if any(actions.is_animated(each.control) or len(controls.mover(each).constraints) for each in handles):
             how = "fades" if pose_key.give_way(obj, key) else "has its own keyframes or driver, and does not fade"
-            return f"The pose is kept as shape key '{name}', at value 0. The handles' pose {how} as you raise it", []
+            return f"The pose is kept as shape key '{name}', at value 0. The handles' pose {how} as you raise it", notes
         engine.look_again(obj)
         with engine.held():
+            for each in others:
+                each.value = 0.0
             key.value = 1.0
             along.write_result(obj, rest)
             control_places.reset(obj, handles)
         obj.update_tag()
         bpy.context.view_layer.update()
-        return f"The pose is kept as shape key '{name}'", []
+        return f"The pose is kept as shape key '{name}'", notes
 
 
 class MEANVALUE_OT_apply_pose(SettledOperator, bpy.types.Operator):
@@ -175,7 +179,10 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             for each in filter(None, map(shape_keys.result, along.group(obj))):
                 each.name = name
                 each.slider_min = key_marks.mark(Role.KEPT, each.name)
-            return f"The pose is shape key '{key.name}'", []
+            others, notes = drive_by_bone.keep(obj, key)
+            for each in others:
+                each.value = 0.0
+            return f"The pose is shape key '{key.name}'", notes
         along.remove_pose(*along.group(obj))
         return "The pose is the rest shape now" if is_posed and self.keep == 'REST' else "The mesh is as it was", notes
 

@@ -11,7 +11,7 @@ from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
 from ..bridge import controls, members, orphans, posing, scene_input, targets
-from ..operators import tool_choice
+from ..operators import drive_by_bone, tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
 FOLLOWS_ICONS = {'CONTROL': 'EMPTY_AXIS', 'REST': 'PINNED'}
@@ -111,7 +111,10 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
             if keys is not None and key_marks.of_role(keys, key_marks.Role.KEPT):
                 name, column = MEANVALUE_UL_kept_poses.__name__, layout.column(align=True)
                 column.template_list(name, "", keys, "key_blocks", obj, "active_shape_key_index", rows=2, maxrows=2)
-                column.operator("meanvalue.drive_by_bone", icon='DRIVER')
+                row = column.row(align=True)
+                row.operator("meanvalue.drive_by_bone", icon='DRIVER')
+                if obj.active_shape_key is not None and drive_by_bone.is_driven(obj.active_shape_key):
+                    row.operator("meanvalue.drive_by_bone", text="", icon='X').remove = True
         if len(obj.meanvalue.handles) == 1:  # below all else, so that nothing moves under the mouse when it goes
             draw_wrapped(layout, context, NEXT_HINT, icon='INFO')
         found = _status(obj)  # one thing at a time, only what is wrong, slow or to be decided, with what does it
