@@ -177,6 +177,7 @@ class Settings:
     along: aside(props.CollectionProperty)(type=MEANVALUE_PG_along)  # see scene/worn.py
     active_along: aside(props.IntProperty)(name="Active Object", min=0)
     bound: aside(props.PointerProperty)(type=MEANVALUE_PG_bound_record)
+    is_control: aside(props.BoolProperty)(options={'HIDDEN'})  # an Empty that the add-on made, see bridge/orphans.py
     influence: aside(props.FloatProperty)(  # of a control: how much its soft handle counts, 0 in gaps of a capture
         name="Influence", default=1.0, min=0.0, max=1.0, update=tell
     )

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted."""
+"""Controls that were made for a mesh: which the artist has deleted, and those that go with a mesh that was deleted.
+
+Our Empties bear a mark, too, since Blender may put a new object where a deleted one was.
+"""
 
 import bpy
 
@@ -10,6 +13,7 @@ _made_for = {}  # session key of a control that was seen in a collection: that o
 
 
 def made(control, obj):
+    control.meanvalue.is_control = True
     _made_for[compat.session_key(control)] = compat.session_key(obj)
 
 
@@ -33,7 +37,9 @@ def note():
     for obj in bpy.data.objects:
         if obj.type == 'MESH':
             for handle in obj.meanvalue.handles:
-                is_deleted(handle)
+                if handle.made_control and handle.control is not None:
+                    handle.control.meanvalue.is_control = True
+                    is_deleted(handle)
 
 
 def forget():
@@ -52,8 +58,8 @@ def remove():
     """Removes the controls of meshes that are gone, but for those with animation, and what more than collections uses:
     children, constraints, drivers, modifiers, handles. Not in a handler."""
     for control in found():
-        is_lone = control.type == 'EMPTY' and control.parent is None  # Blender may put others where one was
-        if is_lone and _homes(control) and not actions.is_animated(control):
+        is_ours = control.type == 'EMPTY' and control.meanvalue.is_control and control.parent is None
+        if is_ours and not actions.is_animated(control):
             users = bpy.data.user_map(subset={control})[control]
             if all(isinstance(user, (bpy.types.Collection, bpy.types.Scene)) for user in users):
                 delete(control)
@@ -61,14 +67,9 @@ def remove():
 
 def delete(control):
     """With its action, and the collection that was made for controls if it is the last in there."""
-    homes = _homes(control)
+    homes = [each for each in control.users_collection if ids.CONTROLS_MARK in each]
     actions.remove_action(control)
     bpy.data.objects.remove(control)
     for collection in homes:
         if not collection.objects and not collection.children:
             bpy.data.collections.remove(collection)
-
-
-def _homes(control):
-    """The collections for controls that it is in."""
-    return [each for each in control.users_collection if ids.CONTROLS_MARK in each]
