@@ -98,6 +98,8 @@ def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, lean
              for pair in obj.meanvalue.capture.pairs if pair.name in walking_figure.FOOT_LABELS["L"]]  # fmt: skip
     assert lean or np.mean(soles) == pytest.approx(0.22, abs=0.012), "0.09 too low by the length of legs that are bent"
     assert scale == pytest.approx(1.0, abs=0.06)
+    alignment = obj.meanvalue.capture.alignment
+    assert abs(np.arctan2(alignment[4], alignment[0])) < np.radians(10.0), "49 where bent legs tell the way"
 
 
 def test_who_climbs_down_stairs_has_his_size(tmp_path):

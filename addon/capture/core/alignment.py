@@ -18,8 +18,8 @@ from .body import Body
 TRIMMED = 0.65
 #: Meters from a marker's center to the skin.
 MARKER_RADIUS = 0.007
-#: How much markers of arms count: nobody holds them alike.
-ARMS = 0.3
+#: How much markers of arms count, and of legs of who sits or crouches: nobody holds them alike.
+LIMBS = 0.3
 #: Points of the body that the search looks at first, from every start, and its rounds on them; then on all.
 FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
 #: Difference of heights of two landmarks on one part that tells its length. Who is less tall than BENT times what the
@@ -33,8 +33,9 @@ SCALE_KNOWN, SCALE_BENT, SCALE_UNKNOWN = 0.08, 0.02, 0.3
 PERSON, LOW = 1.75, 0.7
 #: How much the height of a landmark on an upright body counts beside the surface: along a leg the skin tells nothing.
 HEIGHT_COUNTS = 0.25
-#: How much the way of the feet counts beside the surface.
-WAY_COUNTS = 0.5
+#: Degrees by which the surface may turn a body from the way that its landmarks tell: legs in a step or arms that swing
+#: would turn it farther.
+WAY_KNOWN = 4.5
 #: By how much a body that looks the other way than the mesh's feet point must fit better to be believed: of joints
 #: front and back are hard to tell by the surface, but their names tell the sides.
 BACKWARD, BACKWARD_JOINTS = 1.3, 2.0
@@ -124,9 +125,10 @@ class _Fit:
         self._body, self._markers = body, markers
         self._radius = 0.0 if body.is_for_joints else MARKER_RADIUS
         self._heights = heights = places.heights_of(names)
-        self._weights = np.where([bool(name) and name.split(".")[0] in places.ARM for name in names], ARMS, 1.0)
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
         self._scale, self._base, allowed = _scale_by_heights(markers, names, heights, body.height)
+        is_limb = np.array([bool(name) and name.split(".")[0] in places.ARM for name in names])
+        self._weights = np.where(is_limb | ((heights < 0.5) & (allowed == SCALE_BENT)), LIMBS, 1.0)
         self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         looks, feet = facing.forward(markers, names), _feet_point(body)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
@@ -148,7 +150,7 @@ class _Fit:
 
     def settled(self, matrix, body, rounds):
         """(residual, matrix) of the best of so many rounds on the points of a Body."""
-        best = np.inf, matrix
+        best, matrix = (np.inf, matrix), self._round(matrix, body)[1]  # a start may look any way
         for _ in range(rounds):
             residual, following = self._round(matrix, body)
             if residual < best[0]:
@@ -238,7 +240,7 @@ def _scale_by_heights(markers, names, heights, height):
 
 
 def _upright_similarity(source, target, weights, scales, towards):
-    """(4, 4): the least-squares scale within bounds, turn about Z (pulled towards an angle, or None) and shift."""
+    """(4, 4): the least-squares scale within bounds, turn about Z (near an angle, or None) and shift."""
     shares = weights / weights.sum()
     from_centre, to_centre = shares @ source, shares @ target
     before, after = source - from_centre, target - to_centre
@@ -246,10 +248,11 @@ def _upright_similarity(source, target, weights, scales, towards):
     sine = (shares * (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])).sum()
     size = (shares * (before**2).sum(axis=1)).sum()
     scale = (np.hypot(cosine, sine) + (shares * before[:, 2] * after[:, 2]).sum()) / max(size, 1e-300)
+    angle = np.arctan2(sine, cosine)
     if towards is not None:
-        pull = WAY_COUNTS * np.hypot(cosine, sine)
-        cosine, sine = cosine + pull * np.cos(towards), sine + pull * np.sin(towards)
-    return _matrix(_about_z(np.arctan2(sine, cosine)), np.clip(scale, *scales), to_centre, from_centre)
+        off, most = (angle - towards + np.pi) % (2.0 * np.pi) - np.pi, np.radians(WAY_KNOWN)
+        angle = towards + np.clip(off, -most, most)
+    return _matrix(_about_z(angle), np.clip(scale, *scales), to_centre, from_centre)
 
 
 def _about_z(angle):

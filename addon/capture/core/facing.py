@@ -25,17 +25,20 @@ HAND, FLAT, LEAST = 0.085, 1.25, 30
 
 
 def forward(markers, names):
-    """(2,) where the body looks: across from right to left, seen from above; None without both sides.
+    """(2,) where the body looks, seen from above: across from right to left of the places that both sides have, those
+    of the trunk if there are any, since legs may be in a step; and as its feet point. None without such places.
 
     markers  (m, 3) without NaN; names  m landmarks or None.
     """
-    heights, on = places.heights_of(names), np.array([places.side_of(name) or "" for name in names])
-    for least in (0.5, 0.01):  # the trunk's; legs may be in a step
-        left, right = (markers[(heights > least) & (on == side)] for side in "LR")
-        if len(left) and len(right):
-            across = left.mean(axis=0) - right.mean(axis=0)
-            return np.array([across[1], -across[0]]) if np.linalg.norm(across[:2]) > 0.0 else None
-    return None
+    at, heights = {name: number for number, name in enumerate(names)}, places.heights_of(names)
+    pairs = [(left, at[name[:-1] + "R"]) for name, left in at.items()
+             if places.side_of(name) == "L" and name[:-1] + "R" in at and heights[left] > 0.01]  # fmt: skip
+    if not pairs:
+        return None
+    trunk = [pair for pair in pairs if heights[pair[0]] > 0.5]
+    across = np.sum([markers[left] - markers[right] for left, right in trunk or pairs], axis=0)
+    ahead = np.array([across[1], -across[0]])
+    return ahead if np.linalg.norm(ahead) > 0.0 else None
 
 
 def of_limb(names, ways, first, second):
