@@ -25,9 +25,10 @@ ALLOWED = {
     "deform": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "examples", "decode", "paper"}
     | {"follow"},
     "sliders": {"common", "linalg"},
+    "transfer": {"common", "mesh", "linalg", "follow"},
     "sequence": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform"},
     "morph": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode", "deform", "follow"},
-    "meanvalue.h": {"common", "deform", "follow", "sequence", "morph", "sliders"},
+    "meanvalue.h": {"common", "deform", "follow", "sequence", "morph", "sliders", "transfer"},
     # What we are compared with; nothing of the product depends on it.
     "reference": {"common", "mesh", "encoding", "linalg", "hierarchy", "optimise", "decode"},
 }

@@ -376,3 +376,18 @@ def test_what_is_worn_follows():
     assert meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="rigid").kinds == ("rigid",)
     with pytest.raises(meanvalue.InvalidInput, match="kind is 'silk'; give 'auto', 'cloth' or 'rigid'"):
         meanvalue.Follower(VERTICES, TRIANGLES, worn, TRIANGLES, kind="silk")
+
+
+def test_shape_keys_are_carried_to_another_mesh():
+    quads = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    rest = np.array([[x, y, 0.0] for y in (0, 1) for x in (0, 1, 2)], np.float32)
+    shapes = np.stack([rest, rest + np.float32([0.0, 0.0, 0.5])])
+    where = np.array([0, 0, 2]), np.eye(3)
+    given = rest, shapes, quads, 2.0 * rest[[0, 1, 5]], [[0, 1, 2]], where
+    found = meanvalue.transfer(*given)
+    assert np.array_equal(found[0], 2.0 * rest[[0, 1, 5]]) and np.allclose(found[1], found[0] + [0.0, 0.0, 1.0])
+    assert np.array_equal(meanvalue.start_transfer(*given, close=np.zeros(2, bool), threads=1).result(), found)
+    with pytest.raises(meanvalue.InvalidInput, match=r"face 4 for vertex 0, but source_faces has 4 triangles"):
+        meanvalue.transfer(*given[:5], (np.array([4, 0, 2]), np.eye(3)))
+    with pytest.raises(meanvalue.InvalidInput, match="correspondence is no pair"):
+        meanvalue.transfer(*given[:5], np.eye(3))

@@ -25,6 +25,7 @@ void bind_morph(py::module_& module);
 void bind_follower(py::module_& module);
 void bind_sliders(py::module_& module);
 void bind_surface(py::module_& module);
+void bind_transfer(py::module_& module);
 void bind_baselines(py::module_& module);
 
 /// The caller's Execution, or a fresh one where None was given. Held by the caller: no Python object is touched

@@ -58,6 +58,7 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_follower(module);
     meanvalue::bindings::bind_sliders(module);
     meanvalue::bindings::bind_surface(module);
+    meanvalue::bindings::bind_transfer(module);
 #ifdef MEANVALUE_WITH_REFERENCE
     meanvalue::bindings::bind_baselines(module);
 #endif

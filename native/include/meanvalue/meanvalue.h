@@ -1,4 +1,4 @@
-// All of the library: bind a mesh and deform it, solve a clip, mix shapes, find the values of shape keys.
+// All of the library: bind a mesh and deform it, solve a clip, mix shapes, find values of shape keys, carry keys.
 #pragma once  // SPDX-License-Identifier: MPL-2.0
 
 #include "meanvalue/common/errors.h"
@@ -9,3 +9,4 @@
 #include "meanvalue/morph/morpher.h"
 #include "meanvalue/sequence/sequence.h"
 #include "meanvalue/sliders/slider_fit.h"
+#include "meanvalue/transfer/transfer.h"

@@ -11,21 +11,6 @@
 #include "meanvalue/mesh/same_places.h"
 
 namespace meanvalue {
-namespace {
-
-void require_mesh(const Positions& vertices, const Triangles& faces, const char* vertices_name,
-                  const char* faces_name) {
-    require_finite(vertices, vertices_name);
-    require_moderate_extent(vertices);
-    try {
-        require_triangles(static_cast<Index>(vertices.rows()), faces);
-    } catch (const InvalidInput& error) {
-        throw InvalidInput(message(faces_name, ": ", error.what()));
-    }
-}
-
-}  // namespace
-
 struct Follower::Bound {
     Index carrier_count = 0;
     Positions rest;             // both meshes in one, the carrier first; vertices of seams once

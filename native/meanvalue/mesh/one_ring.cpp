@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
 
 namespace meanvalue {
@@ -205,6 +206,17 @@ void require_triangles(Index vertex_count, const TrianglesView& faces) {
             throw InvalidInput(message("triangle ", f, " names a vertex twice (", faces(f, 0), ", ", faces(f, 1),
                                        ", ", faces(f, 2), "); remove it"));
         }
+    }
+}
+
+void require_mesh(const Positions& vertices, const Triangles& faces, const char* vertices_name,
+                  const char* faces_name) {
+    require_finite(vertices, vertices_name);
+    require_moderate_extent(vertices);
+    try {
+        require_triangles(static_cast<Index>(vertices.rows()), faces);
+    } catch (const InvalidInput& error) {
+        throw InvalidInput(message(faces_name, ": ", error.what()));
     }
 }
 

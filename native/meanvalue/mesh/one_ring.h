@@ -41,6 +41,10 @@ struct OneRings {
 
 /// @throws InvalidInput where a number is outside [0, vertex_count) or a triangle names a vertex twice.
 void require_triangles(Index vertex_count, const TrianglesView& faces);
+/// @param vertices_name, faces_name what the caller calls them. @throws InvalidInput as that, and for vertices that
+/// are not finite or too far apart.
+void require_mesh(const Positions& vertices, const Triangles& faces, const char* vertices_name,
+                  const char* faces_name);
 
 /// The ring of every vertex, counter-clockwise seen from outside. Any set of triangles is accepted: where a triangle
 /// does not fit a manifold (a third one on an edge, one turned inside out, a duplicate), it is a fan of its own at

@@ -474,4 +474,28 @@ def start_bind_morph(
     portable: bool = False,
     execution: Execution | None = None,
 ) -> Task: ...
+def start_transfer(
+    source_rest: ArrayLike,
+    source_shapes: ArrayLike,
+    source_faces: ArrayLike,
+    target_rest: ArrayLike,
+    target_faces: ArrayLike,
+    correspondence: tuple[ArrayLike, ArrayLike],
+    *,
+    close: ArrayLike | None = None,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> Task: ...
+def transfer(
+    source_rest: ArrayLike,
+    source_shapes: ArrayLike,
+    source_faces: ArrayLike,
+    target_rest: ArrayLike,
+    target_faces: ArrayLike,
+    correspondence: tuple[ArrayLike, ArrayLike],
+    *,
+    close: ArrayLike | None = None,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> NDArray[np.float64]: ...
 def triangulate(vertices: ArrayLike, faces: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
