@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a mesh bends (Bend At): from its rig's weights, its kept poses or a painted group to how much lengths count."""
 
+import collections
+
 import numpy as np
 from mathutils import Matrix
 
@@ -23,19 +25,53 @@ def choose(obj):
         settings.bend_at = ids.BEND_RIG
 
 
+def least(obj, vertex, length):
+    """How long the limb is at least that a press on `vertex` means, in the mesh's space: so long, or as far as to where
+    the first limb of its rig begins that does so no sooner, as a foot for its toes."""
+    way, (_bone, top, parents, bones), place = 0.0, _limb(obj, [vertex]), shape_keys.rest_positions(obj.data)[vertex]
+    while top and way < length:
+        way = np.linalg.norm(_places(obj)[top] - place)
+        top = segments.top(next(iter(segments.above_of(top, parents))), parents, bones)
+    return max(length, way)
+
+
 def up_to_body(obj, vertex, length):
-    """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: if beyond a knee or
-    an elbow of its rig, then to where the limb ends, or that could bend the wrong way alone."""
-    names, bones = dict(enumerate(obj.vertex_groups.keys())), _weighted_bones(obj)  # scripts leave weights of no group
-    parents, places = _parents(obj), _places(obj)
-    carrying = [(each.weight, names.get(each.group)) for each in obj.data.vertices[vertex].groups]
-    _weight, bone = max((each for each in carrying if each[1] in bones), default=(0.0, ""))
-    place = shape_keys.rest_positions(obj.data)[vertex]
+    """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: from half of the way
+    on up to the joint where its limb begins, and beyond a knee or an elbow of its rig to where that limb ends."""
+    (bone, top, parents, _bones), place = _limb(obj, [vertex]), shape_keys.rest_positions(obj.data)[vertex]
+    places = _places(obj)
+    way = np.linalg.norm(places[top] - place) if top else np.inf
+    length = max(length, BEYOND * way) if way < 2.0 * length else length
     for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
         way = np.linalg.norm(places[lower] - place)
         if way < length and lower in (bone, *segments.above_of(bone, parents)):
             length = max(length, BEYOND * (way + np.linalg.norm(places[upper] - places[lower])))
     return length
+
+
+def riding(obj, vertices, length):
+    """n float64, 0 to 1: how much goes along with a handle of `vertices` whose surroundings go so far, as bones do: its
+    limb with all that hangs on it, if they go up to where that begins; else nothing."""
+    total, found = np.zeros((2, len(obj.data.vertices)))
+    _bone, top, parents, bones = _limb(obj, vertices) if obj.meanvalue.bend_at == ids.BEND_RIG else ("", "", {}, ())
+    middle = shape_keys.rest_positions(obj.data)[vertices].mean(axis=0)
+    if top and np.linalg.norm(_places(obj)[top] - middle) <= length:
+        of_bone = segments.of(parents)
+        for bone, (numbers, weights) in vertex_groups.read(obj, bones).items():
+            total[numbers] += weights
+            if of_bone[top] in map(of_bone.get, (bone, *segments.above_of(bone, parents))):
+                found[numbers] += weights
+    return found / np.where(total > 0.0, total, 1.0)
+
+
+def _limb(obj, vertices):
+    """(bone that has most of them, first bone of its limb, parents of all, those with weights). "" for what is none."""
+    names, bones, parents = dict(enumerate(obj.vertex_groups.keys())), sorted(_weighted_bones(obj)), _parents(obj)
+    shares = collections.Counter()
+    for each in (element for vertex in vertices for element in obj.data.vertices[int(vertex)].groups):
+        shares[names.get(each.group)] += each.weight  # scripts leave weights of no group
+    bone = max(shares.keys() & bones, key=lambda each: (shares[each], each), default="")
+    return bone, segments.top(bone, parents, bones), parents, bones
 
 
 def signature(obj):

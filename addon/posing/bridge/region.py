@@ -10,7 +10,7 @@ from ...live import engine
 from ...scene import kept, mesh_arrays, object_model, shape_keys, vertex_groups
 from ...scene.core import point_sets
 from ...solver import native_loader
-from . import members
+from . import limbs, members
 
 #: How far the handle of Grab itself reaches, as a share of Size. A handle of several vertices can turn the mesh.
 HANDLE_SHARE = 0.15
@@ -183,7 +183,8 @@ def around(obj, *handles):
     for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
         if len(seeds):
             surface = Surface(obj, seeds)
-            found = np.maximum(found, surface.falloff((1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)))
+            length = (1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)
+            found = np.maximum(found, np.maximum(surface.falloff(length), limbs.riding(obj, seeds, length)))
     return found
 
 

@@ -73,6 +73,13 @@ def ways_up(parents, segment_of, segments):
     return [[numbers[each] for each in dict.fromkeys(way) if each in numbers] for way in ways]
 
 
+def top(bone, parents, bones):
+    """The first bone of the limb that `bone` is of; "" if it is of none, or hangs on nothing that has any of `bones`."""
+    way, segment_of = [bone, *above_of(bone, parents)], of(parents)
+    own = [each for each in way if segment_of.get(each) == segment_of.get(bone)]
+    return own[-1] if set(bones).intersection(way).difference(own) else ""
+
+
 def hinges(parents, segment_of):
     """[(first bone of the upper half, of the lower half, [first bones of what hangs on it])] of knees and elbows."""
     tops, found = _tops(parents, segment_of), []

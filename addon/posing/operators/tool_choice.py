@@ -53,7 +53,7 @@ def size_at(context, obj, pressed):
     shown = pixels(*picking.view_of(context), pressed.place, 1.0)
     scale = shown * max(map(abs, obj.matrix_world.to_scale())) / context.preferences.system.ui_scale
     surface = region.Surface(obj, [pressed.vertex], is_pressed=True)
-    found = surface.limb(LEAST_PIXELS / max(scale, 1e-9)) or FIRST_SIZE
+    found = surface.limb(limbs.least(obj, surface.seed, LEAST_PIXELS / max(scale, 1e-9))) or FIRST_SIZE
     whole = (1.0 - region.HANDLE_SHARE) * surface.diagonal
     return limbs.up_to_body(obj, surface.seed, found * whole) / whole
 
