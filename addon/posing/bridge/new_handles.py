@@ -65,7 +65,8 @@ def near_vertices(obj, vertex, size):
     distances = surface.distances(reach, region.HANDLE_SHARE)
     near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
-    return near[(near == surface.seed) | ~np.isin(near, held) & ((below[near] < 0) | (below[surface.seed] >= 0))]
+    near = near[(near == surface.seed) | ~np.isin(near, held) & ((below[near] < 0) | (below[surface.seed] >= 0))]
+    return limbs.one_piece(obj, surface.seed, near)
 
 
 def toggle_pin(obj, vertex, size, name=""):

@@ -73,11 +73,11 @@ def ways_up(parents, segment_of, segments):
     return [[numbers[each] for each in dict.fromkeys(way) if each in numbers] for way in ways]
 
 
-def top(bone, parents, bones):
-    """The first bone of the limb that `bone` is of; "" if it is of none, or hangs on nothing that has any of `bones`."""
-    way, segment_of = [bone, *above_of(bone, parents)], of(parents)
-    own = [each for each in way if segment_of.get(each) == segment_of.get(bone)]
-    return own[-1] if set(bones).intersection(way).difference(own) else ""
+def tops_up(bone, parents, bones):
+    """First bones of the limb that `bone` is of, and of those that it hangs on: all that hang on others of `bones`."""
+    way, segment_of = [bone, *above_of(bone, parents)] if bone else [], of(parents)
+    found = {segment_of[each]: (each, number) for number, each in enumerate(way)}
+    return [each for each, number in found.values() if not bones.isdisjoint(way[number + 1 :])]
 
 
 def hinges(parents, segment_of):
