@@ -20,13 +20,13 @@ LEAST_POSES, BEYOND = 2, 1.1
 
 def choose(obj):
     """A handle is to be made: a mesh that has none yet bends at its rig's joints, unless somebody chose."""
-    if _is_at_rig(obj):
-        obj.meanvalue.bend_at = ids.BEND_RIG
+    settings = obj.meanvalue
+    if not (settings.handles or settings.is_property_set("bend_at")) and _weighted_bones(obj):
+        settings.bend_at = ids.BEND_RIG
 
 
 def least(obj, vertex, length):
-    """How long the limb is at least that a press on `vertex` means, in the mesh's space: so long, or as far as to where
-    the first limb of its rig begins that does so no sooner, as a foot for its toes."""
+    """How long the limb that a press on `vertex` means is at least: so long, or up to where one begins that is."""
     return max(length, next((way for _top, way in _limbs_up(obj, [vertex]) if way >= length), 0.0))
 
 
@@ -34,56 +34,48 @@ def up_to_body(obj, vertex, length):
     """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: from half of the way
     on up to the joint where its limb begins, and beyond a knee or an elbow of its rig to where that limb ends."""
     ways, parents, places = _limbs_up(obj, [vertex]), _parents(obj), _places(obj)
-    uppers = {lower: upper for upper, lower, _ends in segments.hinges(parents, segments.of(parents))}
-    for number, (top, way) in enumerate(ways):
-        if number == 0 and way < 2.0 * length:
-            length = max(length, BEYOND * way)
-        if top in uppers and way < length:
-            length = max(length, BEYOND * (way + np.linalg.norm(places[uppers[top]] - places[top])))
+    length = max(length, *(BEYOND * way for _top, way in ways[:1] if way < 2.0 * length), 0.0)
+    for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
+        way = dict(ways).get(lower, np.inf)
+        if way < length:
+            length = max(length, BEYOND * (way + np.linalg.norm(places[upper] - places[lower])))
     return length
 
 
-def _is_at_rig(obj):
-    """Whether it bends at the rig's joints, once it has a handle."""
-    settings = obj.meanvalue
-    is_open = not (settings.handles or settings.is_property_set("bend_at"))
-    return bool(_weighted_bones(obj)) if is_open else settings.bend_at == ids.BEND_RIG
-
-
 def riding(obj, vertices, length):
-    """n float64, 0 to 1: how much goes along with a handle of `vertices` whose surroundings go so far, as bones do: the
-    last limb up to whose begin they go, with all that hangs on it."""
-    ways = _limbs_up(obj, vertices) if _is_at_rig(obj) else []
-    return _carried(obj, [top for top, way in ways if way <= length][-1:])
+    """n float64, 0 to 1: how much of the last limb up to whose begin the surroundings of `vertices` go, and of what hangs
+    on it: that goes along, as bones do."""
+    return _carried(obj, next((top for top, way in reversed(_limbs_up(obj, vertices)) if way <= length), ""))
 
 
 def one_piece(obj, vertex, vertices):
     """Of `vertices` around `vertex` those that move as one, as bones do: what hangs on the last limb with most of them."""
-    for top, _way in _limbs_up(obj, [vertex]) if _is_at_rig(obj) else ():
-        is_carried = (_carried(obj, [top])[vertices] > 0.5) | (vertices == vertex)
+    for top, _way in _limbs_up(obj, [vertex]):
+        is_carried = (_carried(obj, top)[vertices] > 0.5) | (vertices == vertex)
         if 2 * np.count_nonzero(is_carried) > len(vertices):
             return vertices[is_carried]
     return vertices
 
 
-def _carried(obj, tops):
-    """n float64, 0 to 1: how much of each vertex hangs on those bones, and what is one segment with them."""
-    parents, (total, found) = _parents(obj), np.zeros((2, len(obj.data.vertices)))
+def _carried(obj, top):
+    """n float64, 0 to 1: how much of each vertex hangs on the bone `top`, with what is one segment with it."""
+    parents, bones, (total, found) = _parents(obj), _weighted_bones(obj), np.zeros((2, len(obj.data.vertices)))
     of_bone = segments.of(parents)
-    for bone, (numbers, weights) in vertex_groups.read(obj, sorted(_weighted_bones(obj)) if tops else ()).items():
+    for bone, (numbers, weights) in vertex_groups.read(obj, sorted(bones) if top else ()).items():
         total[numbers] += weights
-        if any(of_bone[top] in map(of_bone.get, (bone, *segments.above_of(bone, parents))) for top in tops):
+        if of_bone[top] in map(of_bone.get, (bone, *segments.above_of(bone, parents))):
             found[numbers] += weights
     return found / np.where(total > 0.0, total, 1.0)
 
 
 def _limbs_up(obj, vertices):
-    """[(first bone of a limb, how far its begin is from `vertices`, in the mesh's space)] from the limb that has most of
-    them up to the body, which is no limb."""
-    names, bones = dict(enumerate(obj.vertex_groups.keys())), _weighted_bones(obj)  # scripts leave weights of no group
+    """[(first bone of a limb, how far that begins from `vertices`)] from what has most of them up to the body, which is
+    no limb; none if it does not bend there."""
+    is_at_rig = obj.meanvalue.bend_at == ids.BEND_RIG or not obj.meanvalue.handles
+    names, bones = dict(enumerate(obj.vertex_groups.keys())), _weighted_bones(obj) if is_at_rig else set()
     shares = collections.Counter()
     for each in (element for vertex in vertices for element in obj.data.vertices[int(vertex)].groups):
-        shares[names.get(each.group)] += each.weight
+        shares[names.get(each.group)] += each.weight  # scripts leave weights of no group
     bone = max(shares.keys() & bones, key=lambda each: (shares[each], each), default="")
     middle, places = shape_keys.rest_positions(obj.data)[vertices].mean(axis=0), _places(obj)
     return [(top, np.linalg.norm(places[top] - middle)) for top in segments.tops_up(bone, _parents(obj), bones)]

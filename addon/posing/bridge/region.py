@@ -79,7 +79,7 @@ class Surface:
         held = held if self._first is None else self._first[held]
         if is_pressed:
             held[0] = self._below[held[0]] if gaps[held[0]] <= CLOSE * self.diagonal else held[0]
-        self._seeds, self._held, self.seed = held[: len(seeds)], held, int(held[0])
+        self._seeds, self._held, self.seed, self._obj = held[: len(seeds)], held, int(held[0]), obj
 
     def below(self):
         """n int32: for each vertex of what is worn, one of the piece that wears it, about the nearest; -1 elsewhere."""
@@ -93,11 +93,11 @@ class Surface:
 
     def falloff(self, limit, free=0.0):
         """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do.
-        All of what is worn and not held does where anything below it does: clothes, which go along with that."""
+        All of what is worn and not held does where anything below it does: clothes, and all that rides on a rig."""
         found, parts = self._ways.falloff(self._seeds, limit, free), self._ways.parts
         worn = parts[(self._below >= 0) & (found[self._below] > 0.0)]
         found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
-        return self._of_mesh(found)
+        return np.maximum(self._of_mesh(found), limbs.riding(self._obj, self._seeds, (1.0 - free) * limit))
 
     def limb(self, least):
         """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is
@@ -183,8 +183,7 @@ def around(obj, *handles):
     for handle, seeds in zip(handles, members.of(obj, handles), strict=True):
         if len(seeds):
             surface = Surface(obj, seeds)
-            length = (1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)
-            found = np.maximum(found, np.maximum(surface.falloff(length), limbs.riding(obj, seeds, length)))
+            found = np.maximum(found, surface.falloff((1.0 - HANDLE_SHARE) * (handle.size * surface.diagonal)))
     return found
 
 

@@ -2,6 +2,7 @@
 """Which bones of a rig move as one, told by their names and parents: half a limb may have several, and so has a trunk.
 Lengths, radii and angles do not tell: a bone that only twists looks like one that bends."""
 
+import functools
 import re
 
 #: Words of names that say nothing of where a bone is.
@@ -19,6 +20,12 @@ _LOWER = re.compile("low|fore(?!foot)|shin|shank|calf|knee|elbow")
 
 def of(parents):
     """{bone: a name for its segment, one for all that move as one}. parents: {bone: its parent or ""} of all bones."""
+    return _of(tuple(parents.items()))
+
+
+@functools.lru_cache(maxsize=4)
+def _of(pairs):
+    parents = dict(pairs)
     words = {bone: _words(bone) for bone in parents}
     above = {bone: above_of(bone, parents) for bone in parents}
     bears = {each for bone in parents if _has(words[bone], _LIMB) for each in above[bone]}

@@ -186,8 +186,7 @@ def _find(context, mouse):
             return None
         size = size_at(context, obj, pressed)
         surface = region.Surface(obj, [pressed.vertex], is_pressed=True)
-        riding = limbs.riding(obj, [surface.seed], (1.0 - region.HANDLE_SHARE) * size * surface.diagonal)
-        freedom = np.maximum(surface.falloff(size * surface.diagonal, region.HANDLE_SHARE), riding).astype(np.float32)
+        freedom = surface.falloff(size * surface.diagonal, region.HANDLE_SHARE).astype(np.float32)
     except MeanValueError:
         return None  # a press says why
     tint, corners = tinted_faces(mesh_arrays.shown_triangles(obj.data), freedom > 0.0)
