@@ -14,8 +14,8 @@ from ..core import joints, reach, segments
 from . import examples
 
 #: Kept poses that tell where a mesh bends: what no pose bends is stiff. How many times as far as to the end of a limb
-#: surroundings go, which follow the less the farther they are.
-LEAST_POSES, BEYOND = 2, 1.1
+#: surroundings go, which follow the less the farther they are. So many vertices say where a handle is.
+LEAST_POSES, BEYOND, SAMPLES = 2, 1.1, 50
 
 
 def choose(obj):
@@ -31,34 +31,19 @@ def least(obj, vertex, length):
 
 
 def up_to_body(obj, vertex, length):
-    """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: from half of the way
-    on up to the joint where its limb begins, and beyond a knee or an elbow of its rig to where that limb ends."""
+    """How far the surroundings of a press on `vertex` go that would go so far, in the mesh's space: from half way on to
+    where its limb begins, and if beyond a knee or an elbow of its rig, to where that ends."""
     ways, parents, places = _limbs_up(obj, [vertex]), _parents(obj), _places(obj)
     length = max(length, *(BEYOND * way for _top, way in ways[:1] if way < 2.0 * length), 0.0)
-    for upper, lower, _ends in segments.hinges(parents, segments.of(parents)):
-        way = dict(ways).get(lower, np.inf)
-        if way < length:
-            length = max(length, BEYOND * (way + np.linalg.norm(places[upper] - places[lower])))
-    return length
+    uppers = {lower: upper for upper, lower, _ends in segments.hinges(parents, segments.of(parents))}
+    passed = [(way, places[top], places[uppers[top]]) for top, way in ways if top in uppers and way < length]
+    return max([length, *(BEYOND * (way + np.linalg.norm(upper - lower)) for way, lower, upper in passed)])
 
 
 def riding(obj, vertices, length):
-    """n float64, 0 to 1: how much of the last limb up to whose begin the surroundings of `vertices` go, and of what hangs
-    on it: that goes along, as bones do."""
-    return _carried(obj, next((top for top, way in reversed(_limbs_up(obj, vertices)) if way <= length), ""))
-
-
-def one_piece(obj, vertex, vertices):
-    """Of `vertices` around `vertex` those that move as one, as bones do: what hangs on the last limb with most of them."""
-    for top, _way in _limbs_up(obj, [vertex]):
-        is_carried = (_carried(obj, top)[vertices] > 0.5) | (vertices == vertex)
-        if 2 * np.count_nonzero(is_carried) > len(vertices):
-            return vertices[is_carried]
-    return vertices
-
-
-def _carried(obj, top):
-    """n float64, 0 to 1: how much of each vertex hangs on the bone `top`, with what is one segment with it."""
+    """n float64, 0 to 1: how much of the last limb up to whose begin the surroundings of `vertices` go, and of all that
+    hangs on it: that goes along, as bones do."""
+    top = next((top for top, way in reversed(_limbs_up(obj, vertices)) if way <= length), "")
     parents, bones, (total, found) = _parents(obj), _weighted_bones(obj), np.zeros((2, len(obj.data.vertices)))
     of_bone = segments.of(parents)
     for bone, (numbers, weights) in vertex_groups.read(obj, sorted(bones) if top else ()).items():
@@ -68,17 +53,38 @@ def _carried(obj, top):
     return found / np.where(total > 0.0, total, 1.0)
 
 
+def one_piece(obj, vertices):
+    """Of `vertices` those that move as one, as bones do: what is of one limb with most of them, or hangs on that."""
+    ways = _limbs_up(obj, vertices)
+    return vertices[riding(obj, vertices, ways[0][1])[vertices] > 0.5] if ways else vertices
+
+
 def _limbs_up(obj, vertices):
     """[(first bone of a limb, how far that begins from `vertices`)] from what has most of them up to the body, which is
     no limb; none if it does not bend there."""
-    is_at_rig = obj.meanvalue.bend_at == ids.BEND_RIG or not obj.meanvalue.handles
-    names, bones = dict(enumerate(obj.vertex_groups.keys())), _weighted_bones(obj) if is_at_rig else set()
-    shares = collections.Counter()
-    for each in (element for vertex in vertices for element in obj.data.vertices[int(vertex)].groups):
-        shares[names.get(each.group)] += each.weight  # scripts leave weights of no group
-    bone = max(shares.keys() & bones, key=lambda each: (shares[each], each), default="")
+    is_at_rig, bones = obj.meanvalue.bend_at == ids.BEND_RIG or not obj.meanvalue.handles, _weighted_bones(obj)
     middle, places = shape_keys.rest_positions(obj.data)[vertices].mean(axis=0), _places(obj)
+    bone = most_of(obj, shares(obj, vertices)) if is_at_rig else ""
     return [(top, np.linalg.norm(places[top] - middle)) for top in segments.tops_up(bone, _parents(obj), bones)]
+
+
+def shares(obj, vertices):
+    """{name of a vertex group: its weight} of some of the vertices."""
+    names, found = dict(enumerate(obj.vertex_groups.keys())), collections.Counter()
+    chosen = (obj.data.vertices[int(vertex)] for vertex in vertices[:: 1 + len(vertices) // SAMPLES])
+    for each in (element for vertex in chosen for element in vertex.groups):
+        found[names.get(each.group, "")] += each.weight  # scripts leave weights of no group
+    return found
+
+
+def most_of(obj, weights):
+    """The deepest bone that carries, with those below it, more than half of the weights as of shares(): a hand, not one
+    of its fingers; "" without bones."""
+    bones, parents, carried = _weighted_bones(obj), _parents(obj), collections.Counter()
+    for bone in filter(bones.__contains__, weights):
+        carried.update(dict.fromkeys([bone, *segments.above_of(bone, parents)], weights[bone]))
+    deep = [bone for bone, weight in carried.items() if 2.0 * weight > max(carried.values())]  # one below the other
+    return min(deep, key=carried.get, default="")
 
 
 def signature(obj):
@@ -104,9 +110,8 @@ def read(obj, rest, corners, starts):
         return _at_rig(obj, rest, corners, starts)
     if settings.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
-    name = settings.stiffness_group if settings.bend_at == ids.BEND_PAINTED else ""
-    found = vertex_groups.weights(obj, [name]).get(name)
-    return {} if found is None else {"stiffness": 1.0 + (joints.STIFF - 1.0) * found}
+    painted = vertex_groups.weights(obj, groups(obj)).values()
+    return {"stiffness": 1.0 + (joints.STIFF - 1.0) * each for each in painted}
 
 
 def _at_rig(obj, rest, corners, starts):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """New handles with a control, and pins; which handle has a vertex; what is called by where it is that nobody named."""
 
-import collections
-
 import numpy as np
 
 from ... import ids, wording
@@ -66,7 +64,7 @@ def near_vertices(obj, vertex, size):
     near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
     near = near[(near == surface.seed) | ~np.isin(near, held) & ((below[near] < 0) | (below[surface.seed] >= 0))]
-    return limbs.one_piece(obj, surface.seed, near)
+    return limbs.one_piece(obj, near)
 
 
 def toggle_pin(obj, vertex, size, name=""):
@@ -106,9 +104,6 @@ def _let_go(obj, index):
 #: Of the mesh's size: what is nearer to the middle is on neither side.
 MIDDLE = 0.02
 
-#: So many vertices say where a handle is.
-SAMPLES = 50
-
 
 def named_pose(obj, offsets):
     """Of what n x 3 `offsets` move at least half as far as any: "Hand.L Pose"."""
@@ -118,22 +113,9 @@ def named_pose(obj, offsets):
 
 def named(obj, vertices, kind):
     """Of a `kind` of thing that has these vertices: "Hand.L Handle", "Left Pin"."""
-    settings, weights = obj.meanvalue, collections.Counter()
+    settings, across = obj.meanvalue, shape_keys.rest_positions(obj.data)[vertices, 0].mean()
     made = {settings.made_region, settings.roi_group, *(handle.made_group for handle in settings.handles)}
-    chosen = [obj.data.vertices[int(vertex)] for vertex in vertices[:: 1 + len(vertices) // SAMPLES]]
-    for each in (element for vertex in chosen for element in vertex.groups):
-        name = obj.vertex_groups[each.group].name
-        weights[name] += each.weight if name not in made else 0.0
-    across, size = np.mean([vertex.co.x for vertex in chosen]), np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
-    side = "" if abs(across) <= MIDDLE * size else "Left" if across > 0.0 else "Right"
-    return f"{_most_of(obj, +weights) or side} {kind}".strip()
-
-
-def _most_of(obj, weights):
-    """The deepest bone that carries, with those below it, more than half of the weight: a hand, not one of its fingers.
-    Without bones the group that has most; "" without groups."""
-    rig, carried = rig_space.armature(obj), collections.Counter()
-    for bone in [] if rig is None else [each for each in rig.data.bones if each.name in weights]:
-        carried.update(dict.fromkeys([each.name for each in (bone, *bone.parent_recursive)], weights[bone.name]))
-    deep = [name for name, weight in carried.items() if 2.0 * weight > max(carried.values())]  # one below the other
-    return min(deep, key=carried.get, default=max(weights, key=weights.get, default=""))
+    weights = {name: each for name, each in limbs.shares(obj, vertices).items() if each > 0.0 and name not in made}
+    is_aside = abs(across) > MIDDLE * np.linalg.norm(np.ptp(np.array(obj.bound_box), axis=0))
+    side = ("Left" if across > 0.0 else "Right") if is_aside else ""
+    return f"{limbs.most_of(obj, weights) or max(weights, key=weights.get, default=side)} {kind}".strip()
