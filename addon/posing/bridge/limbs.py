@@ -110,8 +110,8 @@ def read(obj, rest, corners, starts):
         return _at_rig(obj, rest, corners, starts)
     if settings.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
-    painted = vertex_groups.weights(obj, groups(obj)).values()
-    return {"stiffness": 1.0 + (joints.STIFF - 1.0) * each for each in painted}
+    painted = [*vertex_groups.weights(obj, groups(obj)).values()]
+    return {"stiffness": 1.0 + (joints.STIFF - 1.0) * painted[0]} if painted else {}
 
 
 def _at_rig(obj, rest, corners, starts):
