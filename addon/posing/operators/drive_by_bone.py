@@ -48,8 +48,7 @@ def _turns(obj, key):
 
 
 def _store(key, turns):
-    """Gives the key its pose, and a mark of its own, by which that is found; not that of a kept one without a name, if
-    it is the artist's."""
+    """Gives the key its pose, and a mark by which that is found; an artist's key does not pass for one just kept."""
     if key_marks.role(key) in {None, Role.KEPT}:
         taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
         counts = itertools.count(int(key_marks.role(key) is None))
@@ -60,10 +59,11 @@ def _store(key, turns):
     key.id_data[POSES][repr(key.slider_min)] = {name: list(turn) for name, turn in turns.items()}
 
 
-def _pose(key):
-    """{bone: Quaternion} that the key is for; empty if that is not known."""
+def _pose(key, rig=None):
+    """{bone: Quaternion} that the key is for; empty if that is not known, or of bones that `rig` has no more."""
     pose = key.id_data.get(POSES, {}).get(repr(key.slider_min), {})
-    return {name: Quaternion(turn) for name, turn in pose.items()}
+    is_there = rig is None or all(name in rig.pose.bones for name in pose.keys())  # noqa: SIM118
+    return {name: Quaternion(turn) for name, turn in pose.items()} if is_there else {}
 
 
 def is_driven(key):
@@ -109,8 +109,8 @@ def keep(obj, key):
             moves = (each.value * (shape_keys.positions(each) - rest) for each in shown if each is not None)
             shape_keys.write_positions(other.data, kept, sum(moves, shape_keys.positions(kept)))
     if mates:
-        names = wording.quoted([each.name for each in mates])
-        notes.append(f"What {names} showed is part of '{key.name}', since they are for other poses of these bones")
+        what = f"What {wording.quoted([each.name for each in mates])} showed is part of '{key.name}'"
+        notes.append(f"{what}, since they are for other poses of these bones")
     if any(map(is_driven, mates)):
         try:
             notes += _drive(obj, [key])
@@ -122,16 +122,12 @@ def keep(obj, key):
 def _drive(obj, more, without=()):
     """Makes all our drivers anew, with those of the keys `more` and their groups. Returns notes. @throws SceneError."""
     rig, groups, notes = rig_space.armature(obj), [], []
-    ours = [key for key in obj.data.shape_keys.key_blocks if is_driven(key) and _pose(key)]
+    ours = [key for key in obj.data.shape_keys.key_blocks if is_driven(key) and _pose(key, rig)]
     for key in (*more, *ours):
         if key not in without and not any(key in group for group in groups):
-            groups.append(_group(key))
+            groups.append([each for each in _group(key) if _pose(each, rig)])
     plans = [(group, *_places([{}, *map(_pose, group)])) for group in groups]
     for group, *_, apart in plans:
-        lost = [(key, bone) for key in group for bone in _pose(key) if bone not in rig.pose.bones]
-        if lost:
-            key, bone = lost[0]
-            raise SceneError(f"'{rig.name}' has no bone '{bone}'. Choose '{key.name}', pose the rig, and press again")
         if len(group) > MOST_POSES:
             raise SceneError(f"{len(group)} kept poses share bones, and {MOST_POSES} at most can. Delete some")
         near = np.argwhere((np.triu(apart, 1) >= SAME) & (apart < NEAR))
@@ -139,12 +135,16 @@ def _drive(obj, more, without=()):
         notes += [f"{pair} are within 10 degrees, so that one shows at the other's pose" for pair in pairs]
     for key in (*more, *ours, *without):
         key.driver_remove("value")
+    rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
+    used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
     for owner in (obj, *pose_key.sharing(obj)):
-        for name in [each for each in owner.keys() if each.startswith(PREFIX)]:  # noqa: SIM118
+        ours = [name for name in owner.keys() if name.startswith(PREFIX)]  # noqa: SIM118
+        for name in [name for name in ours if name.split(":")[0] not in used]:
             owner.driver_remove(f'["{name}"]')
             del owner[name]
-    for number, plan in enumerate(plans, 1):
-        _drive_group(obj, rig, f"{PREFIX} {number}", *plan)
+    names = (name for name in (f"{PREFIX} {number}" for number in itertools.count(1)) if name not in used)
+    for name, plan in zip(names, plans):  # noqa: B905
+        _drive_group(obj, rig, name, *plan)
     return notes
 
 
@@ -198,9 +198,7 @@ def _problem(obj):
     curve = actions.driver_of(key)
     if not curve or is_driven(key):
         return None
-    used = [target for variable in curve.driver.variables for target in variable.targets if target.id is not None]
-    by = wording.quoted(list(dict.fromkeys(target.bone_target or target.id.name for target in used)))
-    return f"Shape key '{key.name}' is driven already{by and f' by {by}'}. To replace that, delete its driver first"
+    return f"Shape key '{key.name}' is driven already. To replace that, delete its driver first"
 
 
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
@@ -210,6 +208,9 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     problems = (_problem,)
     switch = "remove"
 
+    now: bpy.props.BoolProperty(
+        name="As Posed Now", description="At the pose that the rig has now, not the one kept", options={'SKIP_SAVE'}
+    )
     bone: bpy.props.StringProperty(
         name="Bone", description="If empty: those that were posed when it was kept, or are now", options={'SKIP_SAVE'}
     )
@@ -235,6 +236,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     def draw(self, context):
         layout, obj = self.layout, subject.of(context)
         layout.use_property_split = True
+        layout.prop(self, "now")
         layout.prop_search(self, "bone", rig_space.armature(obj).pose, "bones")
         if self.bone:
             layout.prop(self, "axis")
@@ -246,12 +248,10 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         rig, key = rig_space.armature(obj), _key(obj)
         if self.remove:
             gone = [each for each in _group(key) if is_driven(each)]
-            if not gone:
-                raise SceneError(f"No pose drives '{key.name}'")
             _drive(obj, [], gone)
-            return f"{wording.quoted([each.name for each in gone])} are driven no more", []
-        turned, pose, has_angle = _turns(obj, key), _pose(key), self.properties.is_property_set("angle")
-        pose = pose if pose and all(bone in rig.pose.bones for bone in pose) else turned
+            return f"{wording.counted(len(gone), 'pose is', 'poses are')} driven no more", []
+        turned, has_angle = _turns(obj, key), self.properties.is_property_set("angle")
+        pose = (not self.now and _pose(key, rig)) or turned
         if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
         if self.bone or has_angle:
