@@ -161,10 +161,7 @@ def test_what_is_posed_stays_at_its_control_when_what_it_is_of_changes(change, i
         bpy.context.scene.cursor.location = (1.0, 2.0, 3.0)
         bpy.ops.object.origin_set(type='ORIGIN_CURSOR')
     if is_subdivided:
-        bpy.ops.object.mode_set(mode='EDIT')
-        bpy.ops.mesh.select_all(action='SELECT')
-        bpy.ops.mesh.subdivide()
-        bpy.ops.object.mode_set(mode='OBJECT')
+        steps.in_edit_mode(bpy.ops.mesh.subdivide)()
     assert bpy.ops.meanvalue.bind() == {'FINISHED'}
     obj.update_tag()
     assert np.abs(in_world(obj, ear) - before).max() < 1e-3 * size

@@ -115,8 +115,7 @@ def test_finish_and_grab_again_poses_on_top():
 def test_finish_on_a_linked_duplicate_leaves_what_the_other_uses():
     obj = sheet()
     grab()
-    other = obj.copy()
-    bpy.context.collection.objects.link(other)
+    other = meshes.duplicate(obj, linked=True)
     other.meanvalue.handles[0].follows = 'REST'
     other.meanvalue.handles[0].control = None
     steps.run(obj, "finish")

@@ -212,18 +212,24 @@ def test_a_pose_of_keyframes_fades_as_kept_ones_come_in(has_driver, capfd, part)
             assert blocks["Pose"].value == 0.0 or not options  # exporters know nothing of muted keys
 
 
+ADDED = (("Smile", "Basis"), ("Laugh", "Smile"))
+
+
 def test_apply_as_rest():
     obj, control = handles.tube()
     smile = obj.shape_key_add(name="Smile", from_mix=False)
     smile.data[70].co.y += 0.25
-    added = steps.key_positions(obj, "Smile") - rest(obj)
+    laugh = obj.shape_key_add(name="Laugh", from_mix=False)
+    laugh.relative_key, laugh.data[70].co.z = smile, 9.0
+    added = [steps.key_positions(obj, key) - steps.key_positions(obj, of) for key, of in ADDED]
     move(control, (3.0, 0.0, -2.0))
     posed = shown(obj)
     assert bpy.ops.meanvalue.apply_pose() == {'FINISHED'}
     update()
     assert np.array_equal(rest(obj), posed)
     assert np.array_equal(np.array([vertex.co for vertex in obj.data.vertices], np.float32), posed)
-    assert np.abs(steps.key_positions(obj, "Smile") - rest(obj) - added).max() < 1e-5
+    for (key, of), before in zip(ADDED, added, strict=True):
+        assert np.abs(steps.key_positions(obj, key) - steps.key_positions(obj, of) - before).max() < 1e-5
     assert is_at_rest(obj, 1e-3)
     move(control, (0.0, 1.0, 0.0))
     assert np.abs(shown(obj)[TOP, 1] - posed[TOP, 1] - 1.0).max() < 1e-4

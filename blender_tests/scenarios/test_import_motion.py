@@ -14,11 +14,6 @@ def blocks():
     }
 
 
-def at(frame):
-    whole = int(np.floor(frame))
-    bpy.context.scene.frame_set(whole, subframe=float(frame - whole))
-
-
 @pytest.mark.parametrize("rate, fps, base", [(100.0, 24, 1.0), (119.88, 30, 1.001), (30.0, 30, 1.0), (10.0, 24, 1.0)])
 def test_one_second_stays_one_second(tmp_path, rate, fps, base):
     scene = bpy.context.scene
@@ -52,7 +47,7 @@ def test_markers_are_where_the_file_says(tmp_path):
         assert np.array_equal(values.astype(np.float32), positions[:, number])
         assert (empty.type, empty.empty_display_type) == ('EMPTY', 'SPHERE')
     for sample in (0, 17, 119):
-        at(1.0 + sample * 0.24)
+        steps.go_to(1.0 + sample * 0.24)
         shown = np.array([empty.matrix_world.translation for empty in take.objects])
         assert np.allclose(shown, positions[sample], atol=1e-5)
 
@@ -61,7 +56,7 @@ def test_unit_scale_and_up_axis_of_the_artist(tmp_path):
     labels, positions = take_files.waves()
     path = take_files.write_trc(tmp_path / "swing.trc", labels, positions, unit="mm")
     take = take_files.bring_in(path, up_axis='Y', unit='CENTIMETRES', scale=2.0)
-    at(1.0)
+    steps.go_to(1.0)
     for number, empty in enumerate(take.objects):
         x, y, z = positions[0, number] * 0.02
         assert empty.matrix_world.translation.z == pytest.approx(y, abs=1e-6)
@@ -81,7 +76,7 @@ def test_gaps_are_no_keys_and_never_zeros(tmp_path):
         curve = take_files.keys(empties[label], "meanvalue.influence")
         assert (len(curve) == 0) == present.all()
         for sample in range(0, 120, 3):
-            at(1.0 + 0.24 * sample + 0.01)
+            steps.go_to(1.0 + 0.24 * sample + 0.01)
             assert empties[label].meanvalue.influence == (1.0 if present[sample] else 0.0), (label, sample)
             near = np.abs(np.array(empties[label].location) - np.nanmean(positions[:, number], axis=0))
             assert near.max() < 0.5, (label, sample)  # not at the origin

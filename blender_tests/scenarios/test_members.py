@@ -29,16 +29,6 @@ def places(obj, name):
     return {tuple(np.round(obj.data.vertices[vertex].co, 4)) for vertex in steps.held(obj, name)}
 
 
-def in_edit_mode(operator, **options):
-    def edit(_obj):
-        bpy.ops.object.mode_set(mode='EDIT')
-        bpy.ops.mesh.select_all(action='SELECT')
-        operator(**options)
-        bpy.ops.object.mode_set(mode='OBJECT')
-
-    return edit
-
-
 def _separate(_obj):
     bpy.ops.object.mode_set(mode='EDIT')
     bpy.ops.mesh.select_all(action='DESELECT')
@@ -59,8 +49,8 @@ def _join_one_with_a_handle(obj):
 
 
 EDITS = {
-    "edit mode": in_edit_mode(lambda: None),
-    "sort": in_edit_mode(bpy.ops.mesh.sort_elements, type='RANDOMIZE', elements={'VERT'}),
+    "edit mode": steps.in_edit_mode(lambda: None),
+    "sort": steps.in_edit_mode(bpy.ops.mesh.sort_elements, type='RANDOMIZE', elements={'VERT'}),
     "normalize groups": lambda obj: (steps.add_group(obj, "Skin", range(50)), bpy.ops.object.vertex_group_normalize()),
     "rename": lambda obj: setattr(obj.meanvalue.handles["Head"], "name", "Skull"),
     "separate": _separate,
@@ -81,7 +71,7 @@ def test_subdividing_gives_no_handle_vertices_of_others(tube, cuts):
     for number in range(4):
         make(tube, f"Ring {number}", range(8 * number + 8, 8 * number + 16))
     before = {handle.name: places(tube, handle.name) for handle in tube.meanvalue.handles}
-    in_edit_mode(bpy.ops.mesh.subdivide, number_cuts=cuts)(tube)
+    steps.in_edit_mode(bpy.ops.mesh.subdivide, number_cuts=cuts)(tube)
     for name, former in before.items():
         added = places(tube, name) - former
         heights = {place[2] for place in former}
@@ -118,8 +108,7 @@ def test_names_are_unique(tube):
 
 
 def test_appended_and_linked_duplicates_keep_them(tube, tmp_path):
-    twin = tube.copy()
-    bpy.context.collection.objects.link(twin)
+    twin = meshes.duplicate(tube, linked=True)
     make(twin, "More", RING)
     meshes.activate(tube)
     bpy.ops.meanvalue.remove_handle()

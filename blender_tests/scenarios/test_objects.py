@@ -8,17 +8,9 @@ from support import handles, libraries, meshes, steps
 from support.snapshot import assert_same, snapshot
 
 
-def duplicate(obj, linked=False):
-    copy = obj.copy()
-    if not linked:
-        copy.data = obj.data.copy()
-    bpy.context.collection.objects.link(copy)
-    return copy
-
-
 def test_a_duplicate_is_bound_and_solves_on_its_own():
     obj = steps.posed_grid(meshes.grid())
-    copy = duplicate(obj)
+    copy = meshes.duplicate(obj)
     assert steps.is_bound(copy)
     meshes.activate(copy)
     steps.move(copy, [24], (0.0, 0.0, 1.0))
@@ -31,7 +23,7 @@ def test_a_duplicate_is_bound_and_solves_on_its_own():
 def test_a_mesh_that_another_object_has_in_edit_mode_is_left_alone():
     """Blender has a copy of its own of it then, which comes back when that is left."""
     obj, _control = handles.tube(live=False)
-    other = duplicate(obj, linked=True)
+    other = meshes.duplicate(obj, linked=True)
     other.meanvalue.handles.clear()
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode='EDIT')

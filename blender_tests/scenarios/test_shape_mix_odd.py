@@ -25,7 +25,7 @@ def test_the_key_that_was_deleted_is_made_again():
 def test_mixing_goes_on_when_another_object_with_the_mesh_is_turned_off():
     obj = limbs.mixing()
     before = limbs.shown(obj)
-    twin = limbs.twin_of(obj)
+    twin = meshes.duplicate(obj, linked=True)
     twin.meanvalue.mix.is_on = False
     bpy.context.view_layer.update()
     np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
@@ -156,7 +156,7 @@ def test_mixing_waits_in_other_modes(mode):
 
 def test_live_posing_of_another_object_with_the_mesh_is_told():
     obj = limbs.mixing()
-    twin = limbs.twin_of(obj)
+    twin = meshes.duplicate(obj, linked=True)
     twin.meanvalue.live = True
     limbs.set_value(obj, "Bend", 0.4)
     said = [limbs.status(each)[0] for each in (obj, twin)]

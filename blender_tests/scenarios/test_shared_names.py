@@ -68,19 +68,12 @@ def test_a_control_that_another_handle_follows_stays_until_that_one_goes():
     assert name not in bpy.data.objects
 
 
-def linked_duplicate(obj):
-    other = obj.copy()
-    bpy.context.scene.collection.objects.link(other)
-    update()
-    return other
-
-
 @pytest.mark.parametrize("keep", ["SHAPE_KEY", "REST"])
 def test_finish_leaves_no_second_pose_on_linked_duplicates(keep):
     obj, control = handles.tube(live=True)
     move(control, (0.0, 1.0, 0.0))
     pose = shown(obj).copy()
-    other = linked_duplicate(obj)
+    other = meshes.duplicate(obj, linked=True)
     steps.run(obj, "finish", keep=keep)
     update()
     assert not other.meanvalue.live and not any(handle.control for handle in other.meanvalue.handles)
@@ -92,7 +85,7 @@ def test_finish_leaves_no_second_pose_on_linked_duplicates(keep):
 def test_finish_is_refused_where_another_object_poses_the_same_mesh(keep):
     obj, control = handles.tube(live=True)
     move(control, (0.0, 1.0, 0.0))
-    other = linked_duplicate(obj)
+    other = meshes.duplicate(obj, linked=True)
     meshes.activate(other)
     before = snapshot(obj), snapshot(other)
     with pytest.raises(RuntimeError, match=r"poses the same mesh by its own handles.*single user"):

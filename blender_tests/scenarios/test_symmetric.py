@@ -18,10 +18,6 @@ def live():
     return obj, control
 
 
-def members(obj, group):
-    return [vertex.index for vertex in obj.data.vertices if any(g.group == group for g in vertex.groups)]
-
-
 def test_what_is_done_on_one_side_is_done_on_the_other(live):
     obj, control = live
     for step in range(5):
@@ -66,7 +62,7 @@ def test_other_axes(axis):
 def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
     obj, _control = halves.whole(live=False)
     far = int(np.argmax(rest(obj)[:, 2]))
-    for number in (members(obj, 1)[0], far):
+    for number in (steps.members(obj, "Top")[0], far):
         obj.data.vertices[number].co.z += 0.2
     obj.meanvalue.symmetric = 'X'
     meshes.activate(obj)
@@ -77,7 +73,7 @@ def test_a_mesh_that_is_not_symmetric_is_told_in_numbers_and_shown():
     bpy.ops.object.mode_set(mode='OBJECT')
     flags = np.zeros(len(obj.data.vertices), bool)
     obj.data.vertices.foreach_get("select", flags)
-    assert flags[members(obj, 1)[0]] and 1 < flags.sum() <= 4
+    assert flags[steps.members(obj, "Top")[0]] and 1 < flags.sum() <= 4
 
 
 def test_a_region_on_one_side_is_one_on_both():

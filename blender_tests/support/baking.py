@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import handles, installed, meshes
+from . import handles, installed, meshes, steps
 
 FRAMES = 12
 
@@ -43,11 +43,9 @@ def rest(obj):
 
 def played(obj, times):
     """(f, n, 3) float32: shown() at each time."""
-    scene = bpy.context.scene
     shapes = []
     for time in times:
-        whole = int(np.floor(time))
-        scene.frame_set(whole, subframe=float(time - whole))
+        steps.go_to(time)
         shapes.append(meshes.seen(obj))
     return np.stack(shapes)
 

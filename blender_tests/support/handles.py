@@ -24,6 +24,11 @@ def tube(name="Tube", live=True, middle=False):
     return obj, bpy.context.object
 
 
+def again(name="Tube"):
+    """The object as it is now: references do not survive undo."""
+    return bpy.data.objects[name]
+
+
 def three_handles(live=True):
     """(object, control of Top, vertices of Middle)."""
     return (*tube(live=live, middle=True), MIDDLE)

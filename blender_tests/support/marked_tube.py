@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from . import meshes, take_files
+from . import meshes, steps, take_files
 
 RINGS, SEGMENTS = 17, 8
 HEIGHT = 0.6 * (RINGS - 1)
@@ -57,6 +57,4 @@ def match():
 
 
 def at_sample(sample, start=1.0):
-    frame = start + 0.24 * sample
-    whole = int(np.floor(frame))
-    bpy.context.scene.frame_set(whole, subframe=float(frame - whole))
+    steps.go_to(start + 0.24 * sample)

@@ -24,6 +24,17 @@ def new_object(name, data=None):
     return obj
 
 
+def duplicate(obj, linked=False, name=""):
+    """A copy with a mesh of its own, or with the same one; what is active stays."""
+    copy = obj.copy()
+    copy.name = name or copy.name
+    if not linked:
+        copy.data = obj.data.copy()
+    bpy.context.collection.objects.link(copy)
+    bpy.context.view_layer.update()
+    return copy
+
+
 def activate(obj):
     bpy.context.view_layer.update()  # without those that were just deleted
     for other in bpy.context.view_layer.objects:

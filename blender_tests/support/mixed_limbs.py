@@ -99,12 +99,3 @@ def mixing(degrees=140.0, value=0.5):
     obj.meanvalue.mix.is_on = True
     set_value(obj, "Bend", value)
     return obj
-
-
-def twin_of(obj, name="Twin"):
-    """A linked duplicate."""
-    twin = obj.copy()
-    twin.name = name
-    bpy.context.collection.objects.link(twin)
-    bpy.context.view_layer.update()
-    return twin

@@ -54,6 +54,18 @@ def select_in_edit_mode(obj, indices):
     bpy.ops.object.mode_set(mode='EDIT')
 
 
+def in_edit_mode(operator, **options):
+    """A function that runs an operator on all vertices of the active object, in Edit Mode."""
+
+    def edit(_obj=None):
+        bpy.ops.object.mode_set(mode='EDIT')
+        bpy.ops.mesh.select_all(action='SELECT')
+        operator(**options)
+        bpy.ops.object.mode_set(mode='OBJECT')
+
+    return edit
+
+
 def held(obj, name):
     """Ascending indices of the vertices that the handle `name` has."""
     return installed.part("posing.bridge.members").of(obj, [obj.meanvalue.handles[name]])[0].tolist()
@@ -155,6 +167,11 @@ def edit_mesh(obj, edit):
     edit(bmesh.from_edit_mesh(obj.data))
     bmesh.update_edit_mesh(obj.data)
     bpy.ops.object.mode_set(mode='OBJECT')
+
+
+def go_to(frame):
+    whole = int(np.floor(frame))
+    bpy.context.scene.frame_set(whole, subframe=float(frame - whole))
 
 
 def run(obj, operator, **options):

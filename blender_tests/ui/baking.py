@@ -8,7 +8,7 @@ from unittest import mock
 
 import bpy
 import numpy as np
-from support import installed, meshes, tasks
+from support import handles, installed, meshes, tasks
 from support.baking import animated_tube, played, rows, save
 from support.snapshot import assert_same, snapshot
 
@@ -25,10 +25,6 @@ def _tube(ui, live=False):
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")
     return folder
-
-
-def tube():
-    return bpy.data.objects["Tube"]
 
 
 def cache_of(folder):
@@ -62,26 +58,26 @@ def _text(ui):
 
 def escape_keeps_what_is_done(ui):
     folder = yield from _tube(ui, live=True)
-    before = snapshot(tube())
+    before = snapshot(handles.again())
     with _chunks_of(40, waits_at=80):
         yield from ui.invoke("meanvalue.bake")
         yield from ui.wait_until(lambda: "Baking 'Tube': frame 80 of 120" in _text(ui), "two chunks of three are done")
         yield from ui.screenshot("bake_1_progress", amid_work=True)
         yield from ui.key('ESC')
         yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
-    assert_same(before, snapshot(tube()))
+    assert_same(before, snapshot(handles.again()))
     assert not cache_of(folder).exists()
     assert len(list((folder / "meanvalue_cache" / "scene").glob("Tube.pc2.*.part"))) == 1
 
     with _chunks_of(40, waits_at=0):  # would wait for ever
         yield from ui.invoke("meanvalue.bake")
         yield from ui.wait_until(lambda: cache_of(folder).exists() and ui.status_text() is None, "it goes on")
-    assert len(tube().modifiers) == 1
-    assert np.array_equal(played(tube(), [1, 41, 100]), rows(cache_of(folder))[[0, 40, 99]])
+    assert len(handles.again().modifiers) == 1
+    assert np.array_equal(played(handles.again(), [1, 41, 100]), rows(cache_of(folder))[[0, 40, 99]])
     bpy.context.scene.frame_set(1)
     yield from ui.screenshot("bake_2_baked")
     yield from ui.undo()
-    assert len(tube().modifiers) == 0
+    assert len(handles.again().modifiers) == 0
 
 
 def sampling_is_seen_and_stopped(ui):
@@ -95,7 +91,7 @@ def sampling_is_seen_and_stopped(ui):
         yield from ui.key('ESC')
         yield from ui.wait_until(lambda: ui.status_text() is None, "the status bar is given back")
     assert bpy.context.scene.frame_current == 7
-    assert len(tube().modifiers) == 0
+    assert len(handles.again().modifiers) == 0
 
 
 def an_object_deleted_while_it_is_baked(ui):
@@ -104,7 +100,7 @@ def an_object_deleted_while_it_is_baked(ui):
     with _chunks_of(40, waits_at=40, until=lambda _execution: bool(gone)):
         yield from ui.invoke("meanvalue.bake")
         yield from ui.wait_until(lambda: "frame 40 of 120" in _text(ui), "a chunk is done")
-        bpy.data.objects.remove(tube())
+        bpy.data.objects.remove(handles.again())
         gone.append(True)
         yield from ui.wait_until(lambda: ui.status_text() is None, "it notices")
     assert any("'Tube' is gone" in line for line in ui.reports()), ui.reports()
@@ -126,8 +122,8 @@ def another_file_while_a_chunk_is_solved(ui):
 
 def a_size_that_hurts_is_asked_about(ui):
     yield from _tube(ui)
-    tube().meanvalue.bake.frame_range = 'OWN'
-    tube().meanvalue.bake.frame_start, tube().meanvalue.bake.frame_end = 1, 900_000
+    handles.again().meanvalue.bake.frame_range = 'OWN'
+    handles.again().meanvalue.bake.frame_start, handles.again().meanvalue.bake.frame_end = 1, 900_000
     yield from ui.invoke("meanvalue.bake")
     yield from ui.screenshot("bake_4_size")
     yield from ui.key('ESC')

@@ -11,22 +11,17 @@ from support.handles import SEGMENTS, TOP, is_at_rest, rest, shown
 from support.interface import is_settled
 
 
-def tube():
-    """Looked up on every call: references do not survive undo."""
-    return bpy.data.objects["Tube"]
-
-
 def control():
-    return tube().meanvalue.handles["Top"].control
+    return handles.again().meanvalue.handles["Top"].control
 
 
 def settled():
-    return is_settled(tube())
+    return is_settled(handles.again())
 
 
 def _select(ui, indices):
     """In Edit Mode, as if by clicks."""
-    obj = tube()
+    obj = handles.again()
     meshes.activate(obj)
     for vertex in obj.data.vertices:
         vertex.select = vertex.index in indices
@@ -36,7 +31,7 @@ def _select(ui, indices):
         edge.select = False
     yield from ui.move_mouse(*ui.project(obj.location))
     yield from ui.key('TAB')
-    assert tube().mode == 'EDIT'
+    assert handles.again().mode == 'EDIT'
 
 
 def _set_up(ui):
@@ -49,7 +44,7 @@ def _set_up(ui):
     yield from _select(ui, set(TOP))
     yield from ui.screenshot("live_1_selected_in_edit_mode")
     yield from ui.invoke("meanvalue.add_handle", name="Top")
-    assert tube().mode == 'OBJECT' and bpy.context.view_layer.objects.active == control()
+    assert handles.again().mode == 'OBJECT' and bpy.context.view_layer.objects.active == control()
     yield from ui.key('NUMPAD_1')
     ui.frame_all()
     yield from ui.wait_until(settled, "the mesh is bound and at rest")
@@ -62,10 +57,9 @@ def drag_a_handle(ui):
 
     def look(_step):
         yield from ui.wait_until(
-            lambda: np.abs(shown(tube())[TOP] - rest(tube())[TOP] - np.array(control().location) + start).max() < 1e-3,
-            "the mesh follows mid-drag",
+            lambda: handles.follows(handles.again(), np.array(control().location) - start), "the mesh follows mid-drag"
         )
-        followed.append(float(np.abs(meshes.seen(tube()) - rest(tube())).max()))
+        followed.append(float(np.abs(meshes.seen(handles.again()) - rest(handles.again())).max()))
 
     start = np.array(control().location)
     yield from ui.drag_by_keys('G', 160, -60, between=look, end=None)
@@ -73,39 +67,39 @@ def drag_a_handle(ui):
     yield from ui.screenshot("live_3_mid_drag", amid_work=True)
     yield from ui.key('RET')
     yield from ui.wait_until(settled, "the drag is settled")
-    dropped = shown(tube())
-    assert not is_at_rest(tube())
+    dropped = shown(handles.again())
+    assert not is_at_rest(handles.again())
     yield from ui.screenshot("live_4_confirmed")
 
     yield from ui.undo()
     yield from ui.wait_until(settled, "the undo is settled")
-    assert is_at_rest(tube(), 1e-3), np.abs(shown(tube()) - rest(tube())).max()
+    assert is_at_rest(handles.again(), 1e-3), np.abs(shown(handles.again()) - rest(handles.again())).max()
     yield from ui.screenshot("live_5_undone")
     yield from ui.redo()
     yield from ui.wait_until(settled, "the redo is settled")
-    assert np.abs(shown(tube()) - dropped).max() < 5e-3
+    assert np.abs(shown(handles.again()) - dropped).max() < 5e-3
 
     yield from ui.key('R')
     yield from ui.type("y60")
     yield from ui.key('RET')
     yield from ui.wait_until(settled, "the turn is settled")
-    turned = shown(tube())
+    turned = shown(handles.again())
     assert np.abs(turned[TOP] - dropped[TOP]).max() > 0.5
     yield from ui.screenshot("live_6_turned")
 
     yield from ui.drag_by_keys('G', 100, 100, end='ESC')
     yield from ui.wait_until(settled, "the mesh is back after Esc")
-    assert np.abs(shown(tube()) - turned).max() < 5e-3
+    assert np.abs(shown(handles.again()) - turned).max() < 5e-3
 
     yield from ui.invoke("meanvalue.reset_handles")
     yield from ui.wait_until(settled, "the handles are reset")
-    assert is_at_rest(tube(), 1e-2)
+    assert is_at_rest(handles.again(), 1e-2)
     yield from ui.undo()
     yield from ui.wait_until(settled, "the reset is undone")
-    assert np.abs(shown(tube()) - turned).max() < 5e-3
+    assert np.abs(shown(handles.again()) - turned).max() < 5e-3
     yield from ui.invoke("meanvalue.keep_pose", name="Lean")
     yield from ui.wait_until(settled, "the pose is kept")
-    assert tube().data.shape_keys.key_blocks["Lean"].value == 1.0 and is_at_rest(tube(), 1e-2)
+    assert handles.again().data.shape_keys.key_blocks["Lean"].value == 1.0 and is_at_rest(handles.again(), 1e-2)
     with view.override(), contextlib.suppress(RuntimeError):  # refused, which tells Blender of no change
         bpy.ops.meanvalue.apply_pose('EXEC_DEFAULT', True)
         raise AssertionError("a pose at rest was applied")
@@ -114,17 +108,17 @@ def drag_a_handle(ui):
 
 def undo_of_adding_a_handle(ui):
     yield from _set_up(ui)
-    assert len(tube().meanvalue.handles) == 2
+    assert len(handles.again().meanvalue.handles) == 2
     yield from ui.undo()
-    assert [line.name for line in tube().meanvalue.handles] == ["Pin"]
+    assert [line.name for line in handles.again().meanvalue.handles] == ["Pin"]
     assert [obj.name for obj in bpy.data.objects] == ["Tube"]
-    assert steps.held(tube(), "Pin") == list(handles.BOTTOM)
+    assert steps.held(handles.again(), "Pin") == list(handles.BOTTOM)
     yield from ui.redo()
-    assert len(tube().meanvalue.handles) == 2 and control() is not None
+    assert len(handles.again().meanvalue.handles) == 2 and control() is not None
     yield from ui.wait_until(settled, "it is live again")
     yield from ui.undo()
     yield from ui.undo()
-    assert tube().mode == 'EDIT'
+    assert handles.again().mode == 'EDIT'
     yield from ui.key('TAB')
 
 
@@ -140,8 +134,8 @@ def playback(ui):
     ui.frame_all()
     yield from ui.wait_until(settled, "it is at rest")
     yield from ui.key('SPACE')
-    yield from ui.wait_until(lambda: not is_at_rest(tube(), 0.1), "playback moves the mesh")
+    yield from ui.wait_until(lambda: not is_at_rest(handles.again(), 0.1), "playback moves the mesh")
     yield from ui.key('SPACE')
     yield from ui.wait_until(settled, "it has stopped")
-    expected = rest(tube())[TOP, 0] + control().matrix_world.translation.x
-    assert np.abs(shown(tube())[TOP, 0] - expected).max() < 1e-3
+    expected = rest(handles.again())[TOP, 0] + control().matrix_world.translation.x
+    assert np.abs(shown(handles.again())[TOP, 0] - expected).max() < 1e-3

@@ -10,7 +10,7 @@ import tempfile
 import bpy
 import numpy as np
 from harness import tabs, view
-from support import body_mesh, meshes, take_files, walking_figure
+from support import body_mesh, handles, meshes, take_files, walking_figure
 
 RINGS, SEGMENTS = 25, 24
 MARKED = [ring * SEGMENTS + segment for ring in range(2, RINGS, 5) for segment in range(0, SEGMENTS, 6)]
@@ -19,14 +19,9 @@ LABELS = tuple(f"RING{vertex // SEGMENTS}_{vertex % SEGMENTS}" for vertex in MAR
 WITH_CUFFS = 49
 
 
-def _tube():
-    """Looked up on every call: references do not survive undo."""
-    return bpy.data.objects["Tube"]
-
-
 def _take_file():
     """A TRC file of markers on the tube, which bends and has a gap and a jump."""
-    rest = np.array([vertex.co for vertex in _tube().data.vertices])[MARKED]
+    rest = np.array([vertex.co for vertex in handles.again().data.vertices])[MARKED]
     outwards = rest * (1.0, 1.0, 0.0)
     markers = rest + 0.25 * outwards * np.linspace(0.2, 1.0, len(MARKED))[:, None]
     angles = 0.6 * np.sin(np.arange(150) / 24.0)[:, None] * markers[:, 2] / rest[:, 2].max()
@@ -42,24 +37,24 @@ def import_match_and_pick(ui):
     meshes.tube(RINGS, SEGMENTS, "Tube")
     ui.frame_all()
     yield from tabs.open_part(ui, "capture")
-    _tube().meanvalue.capture.align = 'NONE'
+    handles.again().meanvalue.capture.align = 'NONE'
     ui.remember()
     yield from ui.screenshot("capture_01_before")
 
     # By Python, as a file browser cannot be told a path here.
     with view.override():
         assert bpy.ops.meanvalue.import_motion('EXEC_DEFAULT', True, filepath=_take_file(), up_axis='Z') == {'FINISHED'}
-    assert bpy.context.object == _tube() and len(_tube().meanvalue.capture.pairs) == len(MARKED)
+    assert bpy.context.object == handles.again() and len(handles.again().meanvalue.capture.pairs) == len(MARKED)
     yield from ui.screenshot("capture_02_imported")
 
     yield from ui.invoke("meanvalue.find_marker_problems")
     assert len(bpy.data.collections["bend"].meanvalue.problems) >= 2
     yield from ui.screenshot("capture_03_problems")
 
-    _tube().meanvalue.capture.reference_frame = 1.0
+    handles.again().meanvalue.capture.reference_frame = 1.0
     yield from ui.invoke("meanvalue.match_markers")
     yield from ui.wait_until(lambda: any("20 markers matched" in line for line in ui.reports()), "they are matched")
-    assert len(_tube().meanvalue.handles) == len(MARKED)
+    assert len(handles.again().meanvalue.handles) == len(MARKED)
     yield from tabs.scroll_down(ui)
     yield from ui.screenshot("capture_04_matched")
 
@@ -67,23 +62,23 @@ def import_match_and_pick(ui):
 
     for _ in range(2):
         yield from ui.undo()
-    assert len(_tube().meanvalue.handles) == 0
+    assert len(handles.again().meanvalue.handles) == 0
     yield from ui.screenshot("capture_06_undone")
 
 
 def _pick(ui):
     """The point of the first marker in front, by a click at a vertex beside it."""
-    capture = _tube().meanvalue.capture
+    capture = handles.again().meanvalue.capture
     bpy.context.scene.frame_set(1)
-    to_view, vertices = view.area().spaces.active.region_3d.view_matrix, _tube().data.vertices
+    to_view, vertices = view.area().spaces.active.region_3d.view_matrix, handles.again().data.vertices
     front = min(range(len(MARKED)), key=lambda number: (to_view @ vertices[MARKED[number]].co).length)
     capture.active_pair = front
     name, before = capture.pairs[front].name, capture.pairs[front].vertex
     goal = before + SEGMENTS
     yield from ui.invoke("meanvalue.pick_marker_point")
     assert name in ui.status_text(), ui.status_text()
-    yield from ui.click(*ui.project(_tube().matrix_world @ _tube().data.vertices[goal].co))
-    pair = _tube().meanvalue.capture.pairs[name]
+    yield from ui.click(*ui.project(handles.again().matrix_world @ handles.again().data.vertices[goal].co))
+    pair = handles.again().meanvalue.capture.pairs[name]
     assert (pair.vertex, pair.is_picked) == (goal, True), (before, goal, pair.vertex)
     assert ui.status_text() is None
     yield from ui.screenshot("capture_05_picked")
@@ -91,7 +86,7 @@ def _pick(ui):
     yield from ui.invoke("meanvalue.pick_marker_point")
     yield from ui.key('ESC')
     assert ui.status_text() is None
-    assert _tube().meanvalue.capture.pairs[name].vertex == goal
+    assert handles.again().meanvalue.capture.pairs[name].vertex == goal
 
 
 def a_body_in_the_walk(ui):

@@ -7,14 +7,9 @@ pictures are for looking at.
 
 import bpy
 from harness import view
-from support import meshes, steps
+from support import handles, meshes, steps
 
 SEGMENTS = 24
-
-
-def tube():
-    """Looked up on every call: references do not survive undo."""
-    return bpy.data.objects["Tube"]
 
 
 def _set_up(ui):
@@ -43,7 +38,7 @@ def _shading(kind, show_xray):
 def overlay_on_views(ui):
     yield from _set_up(ui)
     yield from ui.screenshot("overlay_01_region")
-    control = tube().meanvalue.handles["Top"].control
+    control = handles.again().meanvalue.handles["Top"].control
     control.location.x += 3.0
     control.location.z -= 2.0
     bpy.context.view_layer.update()
@@ -52,23 +47,23 @@ def overlay_on_views(ui):
     _shading('SOLID', True)
     yield from ui.screenshot("overlay_03_xray")
     _shading('SOLID', False)
-    tube().modifiers.new("Subdivision", 'SUBSURF')
+    handles.again().modifiers.new("Subdivision", 'SUBSURF')
     yield from ui.screenshot("overlay_04_subdivided")
-    tube().modifiers.clear()
-    meshes.activate(tube())
+    handles.again().modifiers.clear()
+    meshes.activate(handles.again())
     bpy.ops.meanvalue.paint_region()
     yield from ui.screenshot("overlay_05_weight_paint")
     bpy.ops.meanvalue.paint_region()
     view.area().spaces.active.overlay.show_overlays = False
     yield from ui.screenshot("overlay_06_off")
     view.area().spaces.active.overlay.show_overlays = True
-    tube().hide_set(True)
+    handles.again().hide_set(True)
     yield from ui.screenshot("overlay_07_hidden")
 
 
 def menus_and_shortcuts(ui):
     yield from _set_up(ui)
-    meshes.activate(tube())
+    meshes.activate(handles.again())
     yield from ui.move_mouse(*view.centre())
     yield from ui.key('F3')
     yield from ui.type("grow from")
@@ -81,7 +76,7 @@ def menus_and_shortcuts(ui):
     yield from ui.pause(0.3)
     yield from ui.screenshot("overlay_09_menu")
     yield from ui.key('ESC')
-    was_live = tube().meanvalue.live
+    was_live = handles.again().meanvalue.live
     yield from ui.move_mouse(*view.centre())
     yield from ui.key('L', alt=True)
-    assert tube().meanvalue.live != was_live
+    assert handles.again().meanvalue.live != was_live
