@@ -123,6 +123,13 @@ SECTIONS = (
         "picked vertex to its place; *back*: from his vertices to the result.",
     ),
     Section(
+        "keys",
+        "Shape keys of another face",
+        "The 56 keys of the ICT face on other triangles and in other shapes, in one call. Means over what moves, in "
+        "percent of a key's largest move; *lids*: how far gaps of blinks are from the source's own, in percent of the "
+        "eye's height; *turned over*: triangles that the truth does not turn. On identities plain offsets are true.",
+    ),
+    Section(
         "table1",
         "The paper's Table 1",
         "G is at diagonal 1. *[in print]* is on the paper's machine, a Pentium 4 at 3 GHz. Only ratios compare: the "
