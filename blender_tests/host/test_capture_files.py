@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """addon/core/capture/: what all formats have in common (units, axes, refusals), and real C3D files."""
 
+import json
 import os
 
 import numpy as np
@@ -176,6 +177,10 @@ TABLES = {
     + "\n".join(f'{1e8 + k / 60:.6f},"{{0: 1.5, 1: 1.5}}",{row},9' for k, row in enumerate(rows(1000.0 * GAPS))),
     "german.csv": "Zeit ms;" + NAMED.replace("_", "_position_").replace(",", " [mm];") + " [mm]\n"
     + "\n".join(rows(1000.0 * GAPS, lambda k: 1000 * k / 60, comma=";")).replace(".", ","),
+    "a point a row.csv": "time,name,X,Y,Z\n" + "\n".join(f"{k / 60:.6f},{name},{x},{y},{z}" for k in range(20)
+    for name, (x, y, z) in zip(walker.LABELS, GAPS[k], strict=True) if x == x),
+    "named.json": json.dumps({"fps": 60, "frames": [{"points": [{"name": name, "x": x, "y": y, "z": z}
+    for name, (x, y, z) in zip(walker.LABELS, each, strict=True) if x == x]} for each in GAPS.tolist()]}),
 }  # fmt: skip
 
 
@@ -202,6 +207,8 @@ def test_numbered_points_of_mediapipe_at_uneven_times_are_named_and_brought_to_a
     assert None not in marker_sets.recognise(take.labels).landmarks and take.labels[32] == "right_foot_index"
     assert take.rate_hz == 25.0 and take.frames == 20 and has_note(take, "not evenly spaced")
     assert np.allclose(take.positions[[*times, 11]], [*body[times], body[[10, 12]].mean(axis=0)], atol=1e-5)
+    flat = [{"keypoints_2d": [1.0] * 75, "keypoints_3d": [*each]} for each in body[:, :25].reshape(20, 75)]
+    assert readers.parse(json.dumps(flat).encode(), "pose.json", "Z", 1.0).labels[19] == "LBigToe"
 
 
 # -- what is no take -------------------------------------------------------------------------------------------------
@@ -222,7 +229,7 @@ def test_files_that_are_none_are_refused_by_name_with_a_remedy(tmp_path):
         ("face.csv", b"time,jawOpen\n0,1\n1,2\n", "no part of it is a point.*Import Shape Key Values"),
         ("word.csv", b"time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,1,gone,3\n", "line 4.*'gone' is no number"),
         ("quote.csv", b'time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,"1' + b"\n1" * 140000, "no table"),
-        ("pose.json", b"[]", "'.json' is not read"),
+        ("pose.json", json.dumps([{"keypoints_2d": [1.0] * 75}] * 2).encode(), "X and Y alone"),
         ("walk.amc", b"#!OML:ASF F:\\a\n:FULLY-SPECIFIED\n", "Acclaim"),
     ):
         path = tmp_path / name

@@ -43,6 +43,7 @@ def test_a_recorder_s_csv_with_timecodes():
     [
         ("time,a\r\n0.5,0\r\n0.75,1\r\n", [0, 250], 1000.0),
         ("info,1\nbs,a,b\nk,7,0,0,1,2,3,4,5,6,7,8,0,1\nk,47,0,0,1,2,3,4,5,6,7,8,1,0\n", [0, 40], 1000.0),  # Face Cap
+        ("a-50|b_L-0|=head#1,2|\na-100|\n", [0, 1], 60.0),  # iFacialMocap
         ("time ms;a\n500;0,5\n750;1\n", [0, 250], 1000.0),
         ("Frame a\n10 0\n12 1\n", [0, 2], None),
         (",a\n,0\n,1\n", [0, 1], None),
@@ -101,6 +102,7 @@ def test_json_in_its_three_forms():
     assert table.times.tolist() == [0.0, 1.0]
     weights = of_json({"exportFps": 60.0, "facsNames": ["a"], "weightMat": [[0.5]]})
     assert (weights.rate_hz, weights.values.tolist()) == (60.0, [[0.5]])
+    assert of_json([{"time": 0, "address": "Val", "args": [name, 0.1]} for name in "ab"]).names == ("a", "b"), "VMC"
     assert of_json([{"Hotkey": -1, "Shapes": [{"k": "a", "v": 0.1}]}]).names == ("Hotkey", "a"), "as MeowFace has it"
     nested = of_json([{"frame": 3, "blendShapes": {"a": 0.1}}, {"frame": 5, "blendShapes": {"a": 0.2}}])
     assert (nested.names, nested.times.tolist(), nested.rate_hz) == (("a",), [0.0, 2.0], None)

@@ -72,9 +72,9 @@ def align_to_mesh(markers, landmarks, body):
     """The `Alignment` of markers with a Body, without picked pairs. Both stand upright, +Z up, in about the same pose.
 
     Scale and height come from the heights of known landmarks (landmarks.py), of who sits from the lengths of the parts,
-    else from the extent. From several turns about the upright axis (near the way that the mesh's feet point, where that
-    is to be seen, and the other way; else all round) ICP leads to the surface (Besl and McKay 1992; upright, scaled,
-    trimmed as by Chetverikov et al. 2005), or for joints to the middle of the body. A marker's center is off the skin.
+    else from the extent; the turn from where both sides of the trunk are and the mesh's feet point, if they tell, else
+    all are tried. ICP leads to the surface (Besl and McKay 1992; trimmed as by Chetverikov et al. 2005), or for joints
+    to the middle of the body.
 
     markers  (m, 3) meters; landmarks  m names or None.
     Raises InvalidMotionError for less than 6 markers, and for markers or meshes without height.

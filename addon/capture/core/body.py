@@ -19,12 +19,9 @@ OPPOSITE = 0.0
 
 
 class Body:
-    """An upright mesh, +Z up.
-
-    surface  its Surface; skin, normals  (s, 3) samples of it with the unit normals, outward; points  (s, 3): the skin
-    or, for the joints of a skeleton, the middle below it; ground, height  of the mesh; above  (s,) height of the skin
-    over the ground as a share of the whole.
-    """
+    """An upright mesh, +Z up. surface  its Surface; skin, normals  (s, 3) samples of it with the unit normals, outward;
+    points  (s, 3): the skin or, for joints, the middle below it; ground, height  of the mesh; above  (s,) height of the
+    skin over the ground as a share of the whole."""
 
     def __init__(self, surface, is_for_joints=False, count=SAMPLES):
         self.surface, self.is_for_joints = surface, is_for_joints
@@ -38,11 +35,8 @@ class Body:
 
 
 def medial_points(points, normals):
-    """(n, 3): for each point of a closed surface the center of the largest ball inside that touches the surface there.
-
-    The medial axis (Blum 1967) from samples, by the ball through each point and the one that limits it most (Ma, Bae
-    and Choi 2012). points (n, 3); normals (n, 3) unit, outward.
-    """
+    """(n, 3): for each point (n, 3) of a closed surface, with its unit normal (n, 3) outward, the center of the largest
+    ball inside that touches it there: the medial axis (Blum 1967) from samples (Ma, Bae and Choi 2012)."""
     inward = -normals
     some = slice(None, None, max(1, len(points) // TOUCHED))
     others, looks = points[some], inward[some]

@@ -43,10 +43,10 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
     """([Cuff], {segment: how far its roll may be off}) of limbs whose markers tell how they turn, and of the others.
 
     Where the best rigid motion (Kabsch 1976) is off by more than ROLL of how far the markers are from the segment's
-    axis (by their second singular value), its roll is not known, and it gets no cuff; below, the cuff is the softer.
+    axis, it gets no cuff; below, the cuff is the softer.
 
-    markers  (f, m, 3) aligned, retargeted, NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks
-    m names or None; anchors  (m,) vertices that they carry; surface  the mesh's Surface.
+    markers  (f, m, 3) NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks  m names or None;
+    anchors  (m,) vertices that they carry; surface  the mesh's Surface.
     """
     # Hips, which go with the pelvis, are the third point of thighs that have two markers.
     rest, moving, names = with_hips(reference, markers, landmarks)

@@ -26,19 +26,16 @@ HAND, FLAT, LEAST = 0.085, 1.25, 30
 
 def forward(markers, names):
     """(2,) where the body looks, seen from above: across from right to left of the places that both sides have, those
-    of the trunk if there are any, since legs may be in a step; and as its feet point. None without such places.
+    of the trunk if there are any, since legs may be in a step; None without such places.
 
     markers  (m, 3) without NaN; names  m landmarks or None.
     """
     at, heights = {name: number for number, name in enumerate(names)}, places.heights_of(names)
     pairs = [(left, at[name[:-1] + "R"]) for name, left in at.items()
              if places.side_of(name) == "L" and name[:-1] + "R" in at and heights[left] > 0.01]  # fmt: skip
-    if not pairs:
-        return None
     trunk = [pair for pair in pairs if heights[pair[0]] > 0.5]
-    across = np.sum([markers[left] - markers[right] for left, right in trunk or pairs], axis=0)
-    ahead = np.array([across[1], -across[0]])
-    return ahead if np.linalg.norm(ahead) > 0.0 else None
+    across = sum((markers[left] - markers[right] for left, right in trunk or pairs), np.zeros(3))
+    return np.array([across[1], -across[0]]) if across[:2].any() else None
 
 
 def of_limb(names, ways, first, second):

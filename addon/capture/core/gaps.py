@@ -32,15 +32,10 @@ def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     """(filled (f, m, 3) float64, how (f, m) uint8: MEASURED 0, SPLINE 1, RIGID 2, MISSING 3).
 
     positions  (f, m, 3), NaN where a sample is missing. Measured samples keep their bits.
-    longest_spline  in samples: gaps up to that long are cubics, with place and slope of the good samples on both sides
-        (the slope of a parabola fitted to the nearest five). None at the take's ends, where one side is unknown.
-    longest_rigid  in samples: longer gaps, up to that, move rigidly with those neighbours whose distances to the
-        marker vary least, as far as they are seen (or filled by a spline); what differs at the far end is faded in, so
-        that the path is continuous with what was measured. Also short ones at the take's ends.
-    Still longer gaps, and those with less than three usable neighbours, stay NaN.
-
-    Filling by the rigid motion of neighbours is usual practice (Aristidou and Lasenby 2013 predict markers so); that
-    both ends are met is ours.
+    longest_spline  in samples: gaps up to that long are cubics, with place and slope of the good samples on both sides.
+    longest_rigid  in samples: longer gaps, up to that, and those at the take's ends move rigidly with the neighbors
+        whose distances vary least (Aristidou and Lasenby 2013 predict markers so); both ends are met.
+    Still longer gaps, and those with less than three usable neighbors, stay NaN.
     """
     filled = positions.copy()
     missing = np.isnan(positions[..., 0])
@@ -129,12 +124,10 @@ def _carried(positions, usable, marker, begin, end, variation):
 def low_pass(positions, rate_hz, cutoff_hz):
     """(f, m, 3) float64: the paths without what is faster than `cutoff_hz`, where half of the power is left.
 
-    Butterworth's filter of second order, once forward and once backward, so that nothing is delayed (Winter,
-    Biomechanics and Motor Control of Human Movement, 2009): its gain is applied to the spectrum of the path. Runs
-    between gaps are filtered each for itself; NaN stays NaN; a single sample stays.
+    Butterworth's filter of second order, forward and backward (Winter, Biomechanics and Motor Control of Human
+    Movement, 2009), by its gain on the spectrum of each run between gaps. NaN stays NaN.
 
-    positions  (f, m, 3); rate_hz  frames a second; cutoff_hz  usual for bodies is 6 to 12 Hz.
-    Raises InvalidMotionError unless that is below rate_hz / 2.
+    positions  (f, m, 3); rate_hz  frames a second. Raises InvalidMotionError unless cutoff_hz is below half of that.
     """
     if not cutoff_hz < 0.5 * rate_hz:
         raise InvalidMotionError(

@@ -2,6 +2,7 @@
 """Markers that the capturing program took for others: paths that no body moves along."""
 
 import collections
+import itertools
 import warnings
 
 import numpy as np
@@ -35,14 +36,13 @@ _Break = collections.namedtuple("_Break", "marker first place expected before")
 def find_jumps(positions, rate_hz, labels=None, are_joints=False):
     """List of `Finding`, by sample: markers that jump, away or back, or are swapped with another.
 
-    A path breaks where a step differs from the mean of the speeds (medians of WINDOW steps) before and after it by far
-    more than its steps usually do, and by more than half of what the speeds themselves differ by: noise, fast motion
-    and hard stops pass. After a gap, distances to the neighbors that are most rigid with the marker must be as before.
-    Two markers whose paths break together and go on in each other's are swapped. Markers nearer to each other than
-    twice FREE of the body's extent can't be told apart.
+    A path breaks where a step differs from the mean of the speeds before and after it by far more than its steps
+    usually do, and by more than half of what these differ by: noise, fast motion and hard stops pass. After a gap,
+    distances to the neighbors that are most rigid with the marker must be as before. Two markers whose paths break
+    together and go on in each other's are swapped, unless they are nearer than twice FREE of the body's extent.
 
     positions  (f, m, 3) meters, NaN where missing, not filled; rate_hz  frames a second; labels  names for the words;
-    are_joints  they are of a skeleton, as in BVH, where no point can be taken for another: swaps are not looked for.
+    are_joints  of a skeleton, as in BVH: swaps are not looked for.
     """
     names = [f"marker {number}" for number in range(positions.shape[1])] if labels is None else labels
     size = units.median_extent(positions)
@@ -131,16 +131,14 @@ def _has_other_neighbours(positions, marker, lasts, firsts, free):
 def _swaps(breaks, window, names):
     """(findings of swapped pairs, breaks that are left)."""
     candidates = []
-    for number, one in enumerate(breaks):
-        for other_number in range(number + 1, len(breaks)):
-            other = breaks[other_number]
-            if one.marker == other.marker or abs(one.first - other.first) > window:
-                continue
-            apart = np.linalg.norm(one.place - one.expected) + np.linalg.norm(other.place - other.expected)
-            crossed = np.linalg.norm(_expected_at(other, one.first) - one.place)
-            crossed += np.linalg.norm(_expected_at(one, other.first) - other.place)
-            if crossed < 0.4 * apart:
-                candidates.append((crossed / apart, number, other_number))
+    for (number, one), (other_number, other) in itertools.combinations(enumerate(breaks), 2):
+        if one.marker == other.marker or abs(one.first - other.first) > window:
+            continue
+        apart = np.linalg.norm(one.place - one.expected) + np.linalg.norm(other.place - other.expected)
+        crossed = np.linalg.norm(_expected_at(other, one.first) - one.place)
+        crossed += np.linalg.norm(_expected_at(one, other.first) - other.place)
+        if crossed < 0.4 * apart:
+            candidates.append((crossed / apart, number, other_number))
     used, findings = set(), []
     for _, number, other_number in sorted(candidates):
         if number in used or other_number in used:

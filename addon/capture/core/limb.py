@@ -69,11 +69,8 @@ class Limb:
         return self._part_by_part(posed) if is_stretched and self._fore else posed
 
     def _part_by_part(self, posed):
-        """The best of `posed` and of what comes of it where the upper part turns by itself, and the other goes along.
-
-        The mesh's elbow may be bent or rolled otherwise than the capture's. The limb as a whole is rolled as the hand
-        lies; then its elbow may be on the wrong side of the arm, and as the elbow goes, the forearm is rolled later.
-        """
+        """The best of `posed` and of what comes of it where the upper part turns by itself, and the other goes along:
+        rolled as the hand lies, a limb may have its elbow on the wrong side of the arm."""
         best, least = posed, self.residual(posed)
         if least < LIES_WELL * self._reach / FACING:
             return best
@@ -100,10 +97,7 @@ class Limb:
         points[self._fore] += points[self._middle].mean(axis=0) - before
 
     def foot(self, captured, posed, foot, ankle):
-        """(k, 3): the markers `foot` of `posed` as flat as they are in `captured`, turned about the upright axis.
-
-        So soles stay on the ground though a leg is moved to the side.
-        """
+        """(k, 3): the markers `foot` of `posed` as flat as in `captured`, turned about the upright axis alone."""
         pivot = posed[ankle].mean(axis=0)
         level = pivot + captured[foot] - captured[ankle].mean(axis=0)
         return self._settled(level, foot, pivot, (0.0, 0.0, 1.0))

@@ -23,21 +23,14 @@ BETTER = 0.7
 
 
 def posed_and_actor(markers, landmarks, body):
-    """(posed, actor), (m, 3) each.
-
-    Posed: the aligned markers with arms and legs turned, about their joints, to where the mesh has them.
+    """(posed, actor), (m, 3) each: the aligned markers with arms and legs turned, about their joints, to where the mesh
+    has them, and these with the actor's own lengths, which is the reference that `retarget()` needs.
 
     Arms are stretched out, and legs whose knee is bent. Each limb is tried in all directions about that of the end of
-    its skin, the farthest from the shoulder or the lowest on its side, and rolled about that; the best one is refined
-    by ICP, first for the whole limb about shoulder or hip, then for what is beyond elbow or knee. Markers look for skin
-    that looks their way (facing.py): so forearms are rolled as the hands of the mesh are. Only skin beyond the shoulder
-    is an arm's, so arms of a mesh that lie at its sides are not followed. Lengths stay the actor's. A limb that would
-    not lie much nearer to its skin is left alone. Feet are turned about the upright axis alone. Before that, markers go
-    to the heights of a body with such legs (proportions.py), where these are unusual. Joints of a skeleton look for the
-    middle of the limb in place of its skin.
-    What comes out takes the place of the reference everywhere: in `match_to_surface()`, `skin_targets()`, and as the
-    character of `retarget()`.
-    Actor: the same pose with the lengths of the actor, which is the reference that `retarget()` needs.
+    its skin, and rolled about that; the best one is refined by ICP, first the whole limb, then what is beyond elbow or
+    knee. Markers look for skin that looks their way (facing.py), joints for the middle of the limb. Only skin beyond
+    the shoulder is an arm's: arms of a mesh that lie at its sides are not followed. A limb that would not lie much
+    nearer to its skin is left alone. Where legs are unusual, markers go to their heights first (proportions.py).
 
     markers  (m, 3) aligned with the Body; landmarks  m names or None. Arms need markers (or joints) of shoulder and
     elbow, legs of knee and pelvis or hip, or they are left alone.

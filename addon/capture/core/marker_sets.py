@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which marker is where on the body: sets that laboratories use, recognised by their names.
-
-A label may begin with a subject: the person or thing that wears the marker.
-
-Other points of a file are no markers on the subject: angles, forces and points that a model computed. A C3D file tells
-by parameters of its group POINT: ANGLES, FORCES, ... hold labels of points that are no positions. All else shows by the
-names alone.
+"""Which marker is where on the body: sets that laboratories use, recognised by their names, which may begin with a
+subject, the person or thing that wears the marker. And which points of a file are none (angles, forces, what a model
+computed): C3D tells by parameters of its group POINT, ANGLES, FORCES, ...; all else shows by the names alone.
 """
 
 import os.path
@@ -133,13 +129,15 @@ POSE_ESTIMATORS = JOINTS | _by_name(
      "hand.2": "Pinky", "hand.thumb": "Thumb"},
 )  # fmt: skip
 
-#: The points of MediaPipe in its order, which some write by number.
-MEDIAPIPE = (
+#: Points that some write by number, of MediaPipe and of OpenPose, by how many there are.
+NUMBERED = {len(names.split()): names.split() for names in (
     "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer left_ear right_ear "
     "mouth_left mouth_right left_shoulder right_shoulder left_elbow right_elbow left_wrist right_wrist left_pinky "
     "right_pinky left_index right_index left_thumb right_thumb left_hip right_hip left_knee right_knee left_ankle "
-    "right_ankle left_heel right_heel left_foot_index right_foot_index"
-)
+    "right_ankle left_heel right_heel left_foot_index right_foot_index",
+    "Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist MidHip RHip RKnee RAnkle LHip LKnee LAnkle REye LEye "
+    "REar LEar LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel",
+)}  # fmt: skip
 
 BUILT_IN = (MARKERS, JOINTS, POSE_ESTIMATORS)
 

@@ -49,12 +49,11 @@ def skin_targets(markers, reference, offsets, landmarks):
     """(f, m, 3): where the anchor vertices go. Each marker minus its offset from the skin, turned with the surface.
 
     The surface at a marker turns from the reference to a frame as the segments of the body do that the marker is of,
-    else as the markers around it (Kabsch 1976). What is missing does not count; what the others leave open (one
-    neighbor, all on a line) turns as the whole body does. In the reference the targets are the anchor vertices
-    themselves, and wherever a segment moves rigidly they are where its skin goes.
+    else as the markers around it (Kabsch 1976). What the others leave open (one neighbor, all on a line) turns as the
+    whole body does.
 
-    markers  (f, m, 3) in the mesh's space and size: aligned, filled, filtered, retargeted; NaN stay NaN. reference
-    (m, 3) the markers that were matched, as aligned. offsets  (m, 3), of Match. landmarks  m names or None.
+    markers  (f, m, 3) in the mesh's space and size; NaN stay NaN. reference  (m, 3) the markers that were matched, as
+    aligned. offsets  (m, 3), of Match. landmarks  m names or None.
     """
     # Thighs often have two markers: the hips, which go with the pelvis, tell how they turn.
     rest, moving, names = with_hips(reference, markers, landmarks)

@@ -29,12 +29,8 @@ def crotch_of(body):
 
 
 def moved(markers, landmarks, body, before, after):
-    """(m, 3): markers of one whose crotch is at `before` of the height, raised or lowered to where one has them whose
-    crotch is at `after`.
-
-    Below and above the crotch heights are stretched, each in one piece; arms go along with their shoulder.
-    markers  (m, 3) aligned with the Body; landmarks  m names or None.
-    """
+    """(m, 3): markers (m, 3), aligned with the Body, of one whose crotch is at `before` of the height, as high as of
+    one who has it at `after`; arms go along with their shoulder. landmarks  m names or None."""
     if before == after:
         return markers
     above = (markers[:, 2] - body.ground) / body.height

@@ -11,7 +11,7 @@ from .recording import Take
 from .text_lines import decoded
 
 _READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
-_READERS |= dict.fromkeys((".csv", ".tsv", ".txt"), table_file.read)
+_READERS |= dict.fromkeys((".csv", ".tsv", ".txt", ".json", ".jsonl"), table_file.read)
 
 #: The suffixes of files that are known; what is in a file counts.
 SUFFIXES = tuple(_READERS)
@@ -26,7 +26,7 @@ _FOREIGN = {
 
 
 def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
-    """The markers in a motion capture file, as a Take: C3D, TRC, BVH, or points by name in CSV or TSV.
+    """The markers in a motion capture file, as a Take: C3D, TRC, BVH, or points by name in CSV, TSV or JSON.
 
     `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: meters for
     one unit of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the
@@ -39,7 +39,7 @@ def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | N
 def parse(data, file, up_axis=None, unit=None):
     """As read(), of bytes: their beginning tells the format, else the suffix of the name `file`."""
     suffix = format_of(data) or pathlib.Path(file).suffix.lower()
-    if suffix not in _READERS and (not data.strip() or b"\0" in data[:4096] or suffix.startswith(".json")):
+    if suffix not in _READERS and (not data.strip() or b"\0" in data[:4096]):
         raise MotionFileError(f"{file}: what ends in '{suffix}' is not read. Export it as one of {', '.join(SUFFIXES)}")
     return _READERS.get(suffix, table_file.read)(data, file, up_axis, unit)
 

@@ -16,18 +16,14 @@ MOST_TURNED = 60.0
 def retarget(markers, reference, character, landmarks):
     """(f, m, 3) float64: where the markers would go on a character of other proportions.
 
-    Edges between neighboring markers (of one segment of the body) turn as in the capture, by the rotation of their
-    segment and then the least one that makes their direction the captured one, and have the character's length, times
-    what the capture itself stretches them by. The markers that fit these edges best (least squares, relative to their
-    lengths) are one linear solve, the same for all frames: as-rigid-as-possible (Sorkine and Alexa 2007) with rotations
-    given by the capture. A character like the actor, but for scale, gets the capture back.
-    The pelvis goes the captured way, scaled by its height over the ground in character and reference; soles.py has feet
-    stand.
+    Edges between neighboring markers (of one segment of the body) turn as in the capture, and have the character's
+    length, times what the capture itself stretches them by. The markers that fit these edges best are one linear solve,
+    the same for all frames: as-rigid-as-possible (Sorkine and Alexa 2007) with rotations given by the capture.
+    The pelvis goes the captured way, scaled by its height in character and reference; soles.py has feet stand.
 
-    markers  (f, m, 3) meters, Z up, gaps filled as far as they can be: what is still NaN stays NaN, and is taken to
-        move with its segment meanwhile. reference  (m, 3): the markers in a frame in which the body stands upright,
-        any pose. character  (m, 3): the same markers on the character in about that pose, looking the same way, meters,
-        Z up. landmarks  m names or None; markers without one are joined with their nearest ones.
+    markers  (f, m, 3) meters, Z up: what is NaN stays NaN, and is taken to move with its segment meanwhile.
+    reference  (m, 3): the body upright, in any pose; character  (m, 3): the same markers on the character in about that
+    pose, looking the same way. landmarks  m names or None; markers without one are joined with their nearest ones.
     Raises InvalidMotionError for less than three markers, and where the character looks another way.
     """
     count = markers.shape[1]

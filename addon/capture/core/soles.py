@@ -33,11 +33,11 @@ UP, LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
 def find_stances(positions, rate_hz, height, slow=SLOW):
     """(f, k) bool: where each marker of a foot stands still on the ground: it is low and slow, and for long enough.
 
-    "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that frame: so floors
-    need not be known, and feet stand on stairs, where each is the lower one for part of its stance.
+    "Low" is above the level that it has for a fiftieth of the time, or above the lowest marker in that frame: feet also
+    stand on stairs, where each is the lower one for part of its stance.
 
-    positions  (f, k, 3) meters, Z up, of both feet, NaN stands nowhere; smoothed here, as noise has speed. rate_hz
-    frames a second; height  of the body, meters; slow  a speed as SLOW.
+    positions  (f, k, 3) meters, Z up, of both feet, NaN stands nowhere; rate_hz  frames a second; height  of the body;
+    slow  a speed as SLOW.
     """
     smooth = low_pass(positions, rate_hz, SMOOTHING_HZ) if rate_hz > 3.0 * SMOOTHING_HZ else positions
     speed = np.linalg.norm(np.gradient(smooth, axis=0), axis=2) * rate_hz if len(smooth) > 1 else 0.0 * smooth[..., 0]
@@ -77,9 +77,8 @@ def standing(path, sample, landmarks, rate):
 def on_floor(markers, captured, anchors, body, level, rate, sits=False):
     """((f, m, 3), [Cuff]): markers with the soles of the mesh at the height `level` while feet stand; soles and toes.
 
-    What touches the ground does not slide, unless it goes far. The mean of both feet moves the whole body, and the rest
-    each foot. The floor is where soles are in most of the stances near the ground of the mesh; others stay as far from
-    it (stairs, footrests). Markers over the toes go with these.
+    What touches the ground does not slide, unless it goes far. The mean of both feet moves the whole body. The floor is
+    where soles are in most of the stances near the ground of the mesh; others stay as far from it (stairs, footrests).
 
     markers: their `path` (f, m, 3) aligned, retargeted, NaN where missing, `reference` (m, 3) on the Body at rest, and
     `landmarks`; captured  (f, m, 3) before that; anchors  (m,) vertices that they carry; rate  frames a second; sits:

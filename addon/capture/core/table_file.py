@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads tables of points, as Motive, Nexus, Qualisys and trackers of videos write them: CSV and TSV.
+"""Reads tables of points, as Motive, Nexus, Qualisys and trackers of videos write them: CSV, TSV and JSON.
 
 Columns that are called alike but for X, Y and Z are a point. Their names stand in one row ("nose_x"), or in several
-above the axes.
+above the axes. Rows with a name, X, Y and Z are a point each.
 """
 
 import csv
@@ -14,9 +14,9 @@ from array import array
 import numpy as np
 
 from ... import wording
-from . import marker_sets, time_columns, units
+from . import marker_sets, records, time_columns, units
 from .recording import Recording, Take, usable_rate
-from .text_lines import Lines, number_in, quoted
+from .text_lines import Lines, decoded, number_in, quoted
 
 _UNITS = "|".join(sorted(units.METRES, key=len, reverse=True))
 #: The name of a column: of which point, along which axis, in which unit; or the axis before a number.
@@ -41,14 +41,21 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     """The points of a table of that content; `file` is its name. Raises MotionFileError."""
     lines = Lines(data, file)
     try:
-        head, rows, width = _split(lines)
+        if re.match(r"\s*[\[{]", decoded(data[:4096])):
+            head, rows, width = _of_records(*records.of_json(data, file, lambda why, _: lines.fail(why, REMEDY, 1)))
+        else:
+            head, rows, width = _split(lines)
+            names = [cell.casefold() for cell in head[-1]]
+            is_named = any(records.LABEL.search(time_columns.folded(name)) for name in names)
+            if is_named and {"x", "y", "z"} <= set(names) and len(set(names)) == len(names):
+                head, rows, width = _of_records([records.plain(dict(zip(names, row, strict=False))) for _, row in rows])
         points, others, known = _columns(lines, head, width)
         positions, cells = _numbers(lines, rows, list(itertools.chain(*points.values())), others)
     except csv.Error:  # of a quote that nothing ends
         lines.fail("it is no table", REMEDY, number=1)
     labels = [label for label, *_ in points]
-    if labels == [str(number) for number in range(33)]:
-        labels = marker_sets.MEDIAPIPE.split()
+    if labels == [str(number) for number in range(len(labels))]:
+        labels = marker_sets.NUMBERED.get(len(labels), labels)
     positions = _in_time(lines, positions, cells, known)
     return Recording(file=file, labels=labels, positions=positions, usual_rate=30.0, **known).take(up_axis, unit)
 
@@ -91,6 +98,22 @@ def _split(lines):
         lines.fail("it has no names above rows of numbers", REMEDY, number=1)
     rows = enumerate(itertools.chain(head[start:], cells), begin + start + 1)
     return above, rows, len(head[start])
+
+
+def _of_records(found, rate_hz=None):
+    """As _split(), of records, {name: cell}, of which those of one time are one row if no point is there twice."""
+    rows = {}
+    for number, record in enumerate(found):
+        time = tuple(cell for name, cell in record.items() if time_columns.CLOCK.search(time_columns.folded(name)))
+        points = {name for name in record if name.endswith("_x")}
+        key = number if not points or points & rows.get(time, {}).keys() else time
+        rows.setdefault(key, {}).update(record)
+    if all(isinstance(key, tuple) for key in rows):
+        rows = dict(sorted(rows.items(), key=lambda row: [*map(time_columns.number, row[0])]))
+    names = [*dict.fromkeys(name for row in rows.values() for name in row)]
+    seen = [number for number, row in enumerate(rows.values()) if any(name.endswith("_x") for name in row)] or [0]
+    cells = [["" if row.get(name) is None else str(row[name]) for name in names] for row in rows.values()]
+    return [["fps", str(rate_hz)], names], enumerate(cells[seen[0] : seen[-1] + 1], seen[0] + 1), len(names)
 
 
 def _share(cells):
