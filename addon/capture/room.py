@@ -12,7 +12,7 @@ from .operators import import_motion, marker_problems, match_markers
 
 def meanvalue_draw_import_menu(self, _context):
     operator = import_motion.MEANVALUE_OT_import_motion.bl_idname
-    self.layout.operator(operator, text="Motion Capture Markers (.c3d/.trc/.bvh)")
+    self.layout.operator(operator, text="Motion Capture Markers (.c3d/.trc/.bvh/...)")
 
 
 OPERATORS = import_motion, marker_problems, match_markers

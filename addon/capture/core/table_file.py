@@ -38,7 +38,7 @@ UNEVEN, SPARSE = 0.3, 4
 
 
 def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None = None) -> Take:
-    """The points of a table of that content; `file` is its name. Raises MotionFileError."""
+    """The points of a table, or in JSON, of that content; `file` is its name. Raises MotionFileError."""
     lines = Lines(data, file)
     try:
         if re.match(r"\s*[\[{]", decoded(data[:4096])):

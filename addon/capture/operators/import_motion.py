@@ -22,7 +22,7 @@ FROM_FILE = 'FILE'
 
 
 class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
-    """Import markers of motion capture (C3D, TRC, BVH, or tables as CSV and TSV) as animated Empties"""
+    """Import markers of motion capture (C3D, TRC, BVH, CSV, TSV or JSON) as animated Empties"""
 
     bl_label = "Import Motion Capture"
     bl_options = {'REGISTER', 'UNDO', 'PRESET'}
