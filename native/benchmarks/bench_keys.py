@@ -4,7 +4,7 @@
 Targets are the face with other triangles, of a third and three times its vertices, and in other shapes. Where a map of
 space made the shape the truth is the key mapped, on identities it is the key's own offsets, as the face's makers have
 it. Errors are means over what moves, in percent of the key's largest move; lids: how far gaps of blinks are from the
-source's own, in percent of the eye's height; turned over: triangles that the truth does not turn.
+source's own, both in percent of the eye's height; turned over: triangles that the truth does not turn.
 """
 
 import collections
@@ -95,7 +95,7 @@ def corners_of(count, faces):
 
 
 def coarser(vertices, faces):
-    """A third of the vertices: short edges inside collapse, as long as no triangle turns over."""
+    """A third of the vertices: short edges inside collapse, as long as no triangle turns by more than 25 degrees."""
     fans = [set() for _ in vertices]
     triangles = {number: tuple(face) for number, face in enumerate(faces.tolist())}
     for number, face in triangles.items():
@@ -121,7 +121,7 @@ def coarser(vertices, faces):
             np.array([normals_of(vertices, np.array([one[n]]))[0] for n in moved]) for one in (triangles, moved)
         )
         lengths = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-        if (np.einsum("kc,kc->k", before, after) < 0.3 * lengths).any():
+        if (np.einsum("kc,kc->k", before, after) < 0.9 * lengths).any():
             continue
         for number in fans[gone] & fans[to]:
             for corner in triangles.pop(number):
@@ -161,7 +161,7 @@ def frames_per_ring(rest, there, offsets, faces):
 
 
 def lids(there, keys, names):
-    """[(key, upper, lower)]: vertices of the lids that are a fifth as far apart in a blink, or the five nearest."""
+    """[(key, upper, lower)]: vertices of the lids that come ten times as near in a blink, or the five nearest."""
     found = []
     for name, eye in zip(("eyeBlink_L", "eyeBlink_R"), EYES, strict=True):
         key = keys[names.index(name)]
@@ -171,10 +171,14 @@ def lids(there, keys, names):
         lower = np.flatnonzero(near & (moves < 0.3 * moves.max()))
         shape = there + key
         nearest = lower[np.linalg.norm(shape[upper][:, None] - shape[lower], axis=2).argmin(axis=1)]
-        before, after = (np.linalg.norm(each[upper] - each[nearest], axis=1) for each in (there, shape))
-        meets = np.argsort(after / before)[: max(5, np.count_nonzero(after < 0.2 * before))]
+        before, after = (gaps_of(each, upper, nearest) for each in (there, shape))
+        meets = np.argsort(after / before)[: max(5, np.count_nonzero(after < 0.1 * before))]
         found.append((names.index(name), upper[meets], nearest[meets]))
     return found
+
+
+def gaps_of(positions, upper, lower):
+    return np.linalg.norm(positions[upper] - positions[lower], axis=1)
 
 
 def measure(target, rest, truth, there, keys, names, faces, methods):
@@ -189,12 +193,10 @@ def measure(target, rest, truth, there, keys, names, faces, methods):
         errors = [100.0 * off[s][sizes[s] > 1e-3 * sizes[s].max()].mean() / moves[s].max() for s in range(len(keys))]
         gaps = []
         for s, upper, lower in pairs:
-            wanted, given = (
-                np.linalg.norm(shape[s][upper] - shape[s][lower], axis=1) for shape in (there + keys, found)
-            )
-            gaps.append(100.0 * np.abs(given - wanted).mean() / np.linalg.norm(rest[upper] - rest[lower], axis=1).max())
-        base = normals_of(rest, faces)
-        turned = 0
+            before, after = (100.0 * gaps_of(each, upper, lower) for each in (there + keys[s], found[s]))
+            heights = [gaps_of(each, upper, lower).max() for each in (there, rest)]
+            gaps.append(np.abs(after / heights[1] - before / heights[0]).mean())
+        turned, base = 0, normals_of(rest, faces)
         for shape, wanted in zip(found, truth, strict=True):
             over, also = (np.einsum("kc,kc->k", normals_of(each, faces), base) < 0.0 for each in (shape, wanted))
             turned += int((over & ~also).sum())

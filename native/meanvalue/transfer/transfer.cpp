@@ -116,7 +116,7 @@ class Transfer {
                 most = std::max(most, offsets.row(v).norm());
                 off = std::max(off, (motion.apply(source_.row(v)) - there.row(v).transpose()).norm());
             }
-            if (!(most > kResting * largest && off < kRigid * most)) continue;
+            if (part.seen.size() < 3 || !(most > kResting * largest && off < kRigid * most)) continue;
             const Similarity& placed = part.placed;
             for (const Index v : part.vertices) {
                 const Vector3 from = placed.rotation.transpose() * (rest_.row(v).transpose() - placed.translation);
@@ -211,16 +211,16 @@ class Transfer {
             find_components(*binding_.source_rest, *binding_.source_faces, none, execution).part_of;
         const std::vector<Index> of_target = find_components(rest_, faces_, none, execution).part_of;
         std::map<Index, std::map<Index, std::vector<Index>>> pairs;
-        parts_.resize(*std::max_element(of_target.begin(), of_target.end()) + 1);
-        for (Index v = 0; v < rest_.rows(); ++v) {
-            std::vector<Index>& on = pairs[of_target[v]][of_source[(*binding_.source_faces)(binding_.faces[v], 0)]];
-            on.push_back(v);
-            Part& part = parts_[of_target[v]];
-            part.vertices.push_back(v);
-            if (on.size() > part.seen.size()) part.seen = on;
-        }
-        for (Part& part : parts_)
+        for (Index v = 0; v < rest_.rows(); ++v)
+            pairs[of_target[v]][of_source[(*binding_.source_faces)(binding_.faces[v], 0)]].push_back(v);
+        for (const auto& [number, on] : pairs) {
+            Part& part = parts_.emplace_back();
+            for (const auto& [source, vertices] : on) {
+                part.vertices.insert(part.vertices.end(), vertices.begin(), vertices.end());
+                if (vertices.size() > part.seen.size()) part.seen = vertices;
+            }
             part.placed = fit_similarity(source_, rest_, part.seen);
+        }
     }
 
     /// Moves what meets on the source, `there`, by the least change that gives its gaps the length wanted, along the
