@@ -9,7 +9,7 @@ from ...errors import SceneError, require_none
 from ...live import engine, roll
 from ...scene import along, declarations, kept, rig_space, shape_keys, vertex_groups
 from ..core import bind_input
-from . import control_places, controls, new_handles, region
+from . import control_places, controls, new_handles, region, targets
 
 #: Sizes closer than this are the same one.
 SAME_SIZE = 1e-6
@@ -130,6 +130,19 @@ class Grip:
         bpy.context.view_layer.update()
         way = control_places.world_of(self.handle(obj))[:3, 3] - self._start[:3, 3]
         return np.linalg.norm(way) > 0.5 * np.linalg.norm(offset)
+
+    def hold_back(self, obj, bind_input):
+        """Puts the control back to where its limb reaches, if it is farther away. Returns [sentence]."""
+        handle, space = self.handle(obj), rig_space.measure(obj)
+        placed = targets.positions(obj, bind_input, space)
+        held, names = targets.within_reach(obj, bind_input, placed)
+        if handle.name in names:
+            members = bind_input.handles == targets.enabled_handles(obj).index(handle)
+            transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
+            world = control_places.world_of(handle)
+            world[:3, 3] += (np.array(obj.matrix_world) @ transform)[:3, :3] @ (held - placed)[members][0]
+            control_places.put(handle, world)
+        return targets.held_back_notes(names)
 
     def take_back(self, obj):
         """As it was before."""

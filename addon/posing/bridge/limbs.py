@@ -89,26 +89,23 @@ def most_of(obj, weights):
 
 def signature(obj):
     """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
-    at = obj.meanvalue.bend_at
-    if at == ids.BEND_RIG:
+    if obj.meanvalue.bend_at == ids.BEND_RIG:
         return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones, obj, rig)) for rig in _rigs(obj))
-    return examples.sliders(_kept_keys(obj)) if at == ids.BEND_POSES else ()
+    return examples.sliders(_kept_keys(obj)) if obj.meanvalue.bend_at == ids.BEND_POSES else ()
 
 
 def groups(obj):
     """Names of the vertex groups that read() reads."""
-    at = obj.meanvalue.bend_at
-    if at == ids.BEND_RIG:
+    if obj.meanvalue.bend_at == ids.BEND_RIG:
         return _weighted_bones(obj)
-    return {obj.meanvalue.stiffness_group} if at == ids.BEND_PAINTED else ()
+    return {obj.meanvalue.stiffness_group} if obj.meanvalue.bend_at == ids.BEND_PAINTED else ()
 
 
 def read(obj, rest, corners, starts):
     """What of a BindInput tells where it bends: all by their names, as far as there is anything to tell."""
-    settings = obj.meanvalue
-    if settings.bend_at == ids.BEND_RIG:
+    if obj.meanvalue.bend_at == ids.BEND_RIG:
         return _at_rig(obj, rest, corners, starts)
-    if settings.bend_at == ids.BEND_POSES:
+    if obj.meanvalue.bend_at == ids.BEND_POSES:
         return _at_poses(obj, rest, corners, starts)
     painted = [*vertex_groups.weights(obj, groups(obj)).values()]
     return {"stiffness": 1.0 + (joints.STIFF - 1.0) * painted[0]} if painted else {}
@@ -177,31 +174,24 @@ def _parents(obj):
 
 def _places(obj):
     """{bone: (3,) where it begins at rest, in the mesh's space}."""
-    found = {}
-    for rig in _rigs(obj):
-        matrix = _to_mesh(obj, rig)
-        found.update({bone.name: np.array(matrix @ bone.head_local) for bone in rig.data.bones})
-    return found
+    rigs = [(_to_mesh(obj, rig), rig.data.bones) for rig in _rigs(obj)]
+    return {bone.name: np.array(matrix @ bone.head_local) for matrix, bones in rigs for bone in bones}
 
 
 def _to_mesh(obj, rig):
-    """The matrix from `rig` to `obj` as their settings below what both hang on have them: how that moves does not
-    matter."""
-    above = [rig]
-    while above[-1].parent is not None:
-        above.append(above[-1].parent)
-    to_shared, shared = _up(obj, above)
-    from_rig, _ = _up(rig, [shared])
-    return to_shared.inverted_safe() @ from_rig
+    """The matrix from `rig` to `obj` by their settings below what both hang on, however that moves."""
+    from_mesh, from_rig = _above(obj), _above(rig)
+    shared = next(each for each in from_rig if each in from_mesh)
+    return from_mesh[shared].inverted_safe() @ from_rig[shared]
 
 
-def _up(obj, ends):
-    """(matrix from `obj` to the first of `ends` that it hangs on, or to the world; that one or None)."""
-    matrix = Matrix()
-    while obj is not None and obj not in ends:
-        matrix = obj.matrix_parent_inverse @ obj.matrix_basis @ matrix
-        obj = obj.parent
-    return matrix, obj
+def _above(obj):
+    """{obj and what it hangs on, at last None for the world: the matrix from `obj` to there}."""
+    found, matrix = {}, Matrix()
+    while obj is not None:
+        found[obj] = matrix
+        obj, matrix = obj.parent, obj.matrix_parent_inverse @ obj.matrix_basis @ matrix
+    return {**found, None: matrix}
 
 
 def _kept_keys(obj):

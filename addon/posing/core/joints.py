@@ -85,8 +85,8 @@ def hinge(begin, joint, end, forward):
     one points, or None."""
     if np.linalg.norm(end - joint) <= SHORTEST_HALF * np.linalg.norm(joint - begin):
         return None
-    halves = _unit(joint - begin), _unit(end - joint)
-    along = _unit(end - begin)
+    halves = motion.unit(joint - begin), motion.unit(end - joint)
+    along = motion.unit(end - begin)
     way = forward if halves[0] @ halves[1] > STRAIGHT else joint - begin
     if way is None:
         return None
@@ -94,11 +94,7 @@ def hinge(begin, joint, end, forward):
     if np.linalg.norm(way) <= (1.0 - STRAIGHT) * np.linalg.norm(end - begin):
         return None
     # Matrices of a moving rig are rounded otherwise in each frame: what is bound shall not depend on that.
-    return along.round(3), _unit(way).round(3)
-
-
-def _unit(vector):
-    return vector / max(float(np.linalg.norm(vector)), 1e-12)
+    return along.round(3), motion.unit(way).round(3)
 
 
 def by_poses(rest, corners, starts, poses):

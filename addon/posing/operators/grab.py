@@ -294,7 +294,6 @@ def _outcome(obj, grip, offset, made):
         message = "The handle is where it was"
         if offset.length > 0.0:
             notes.append("Something else moves its control, such as a constraint or a driver: move that")
-    live = engine.status(obj)
-    if live is not None and live[1]:
-        notes.append(live[0])
+    live = engine.status(obj) or ("", False)
+    notes += [live[0]] if live[1] else [] if known is None else grip.hold_back(obj, known)
     return [message, *made], notes
