@@ -22,7 +22,7 @@ class Targets:
     held_back: tuple = ()  # names of the handles that go no farther than limbs reach
 
     def is_near(self, other, distance):
-        """Whether no anchor is farther than `distance` from where `other` has it, each counts the same, and is held so."""
+        """Whether no anchor is farther than `distance` from where `other` has it, and each counts and is held alike."""
         count_alike = self.weights is other.weights or np.array_equal(self.weights, other.weights)
         is_near = bool(np.abs(self.positions - other.positions).max(initial=0.0) <= distance)
         return count_alike and is_near and self.held_back == other.held_back
