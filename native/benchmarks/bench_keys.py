@@ -3,8 +3,8 @@
 
 Targets are the face with other triangles, of a third and three times its vertices, and in other shapes. Where a map of
 space made the shape the truth is the key mapped, on identities it is the key's own offsets, as the face's makers have
-it. Errors are means over what moves, in percent of the key's largest move; lids: how far gaps of blinks are from the
-source's own, both in percent of the eye's height; turned over: triangles that the truth does not turn.
+it. Errors are means over what moves, in percent of the key's largest move; lids: how far gaps of blinks are from
+the truth's, in percent of the eye's height; turned over: triangles that the truth does not turn.
 """
 
 import collections
@@ -193,9 +193,8 @@ def measure(target, rest, truth, there, keys, names, faces, methods):
         errors = [100.0 * off[s][sizes[s] > 1e-3 * sizes[s].max()].mean() / moves[s].max() for s in range(len(keys))]
         gaps = []
         for s, upper, lower in pairs:
-            before, after = (100.0 * gaps_of(each, upper, lower) for each in (there + keys[s], found[s]))
-            heights = [gaps_of(each, upper, lower).max() for each in (there, rest)]
-            gaps.append(np.abs(after / heights[1] - before / heights[0]).mean())
+            wanted, given = (gaps_of(shape[s], upper, lower) for shape in (truth, found))
+            gaps.append(100.0 * np.abs(given - wanted).mean() / gaps_of(rest, upper, lower).max())
         turned, base = 0, normals_of(rest, faces)
         for shape, wanted in zip(found, truth, strict=True):
             over, also = (np.einsum("kc,kc->k", normals_of(each, faces), base) < 0.0 for each in (shape, wanted))

@@ -126,7 +126,7 @@ SECTIONS = (
         "keys",
         "Shape keys of another face",
         "The 56 keys of the ICT face on other triangles and in other shapes, in one call. Means over what moves, in "
-        "percent of a key's largest move; *lids*: how far gaps of blinks are from the source's own, in percent of the "
+        "percent of a key's largest move; *lids*: how far gaps of blinks are from the truth's, in percent of the "
         "eye's height; *turned over*: triangles that the truth does not turn. On identities plain offsets are true.",
     ),
     Section(
