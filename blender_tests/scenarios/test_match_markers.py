@@ -30,11 +30,12 @@ def counts():
 
 def test_every_marker_gets_a_soft_handle_of_its_own_vertex(tmp_path):
     obj, take = marked.set_up(tmp_path)
+    meshes.duplicate(obj).parent = obj
     marked.match()
     assert max(empty.empty_display_size for empty in take.objects) < obj.meanvalue.handles[0].control.empty_display_size
     lines = obj.meanvalue.handles
     pairs = obj.meanvalue.capture.pairs
-    assert [handle.name for handle in lines] == list(marked.LABELS)
+    assert [handle.name for handle in lines] == list(marked.LABELS) and len(obj.meanvalue.along) == 1
     assert [pair.vertex for pair in pairs] == marked.MARKED
     assert all((handle.follows, handle.is_soft, handle.strength) == ('CONTROL', True, 1.0) for handle in lines)
     assert [handle.control for handle in lines] == [pair.control for pair in pairs]

@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...posing.bridge import control_places, controls, members
-from ...scene import actions
+from ...scene import actions, worn
 from ...scene.core import motion, sample_times
 from . import marker_pairs, takes
 
@@ -37,6 +37,8 @@ def update_handles(obj, matched):
                 pair.vertex = -1
             pair.distance = -1.0
     marker_pairs.list_markers(capture)
+    if not obj.meanvalue.handles and not obj.meanvalue.along:
+        worn.find(obj)
     for empty in takes.markers(capture.take):
         if empty.library is None:
             empty.empty_display_size = min(empty.empty_display_size, IMPORTED_SIZE * matched.world_size)
