@@ -7,9 +7,12 @@ from .. import wording
 from ..scene import subject
 from ..widgets.panels import SidebarPanel, column_of_settings, draw_main_button, draw_wrapped
 from .bridge import marker_pairs, takes
-from .operators.import_motion import MEANVALUE_OT_import_motion
-from .operators.marker_problems import MEANVALUE_OT_find_marker_problems, MEANVALUE_OT_swap_markers
 from .operators.match_markers import MEANVALUE_OT_match_markers, MEANVALUE_OT_pick_marker_point
+from .operators.take import (
+    MEANVALUE_OT_find_marker_problems,
+    MEANVALUE_OT_import_motion,
+    MEANVALUE_OT_swap_markers,
+)
 
 
 class MEANVALUE_PT_capture(SidebarPanel, bpy.types.Panel):

@@ -7,15 +7,15 @@ from ..rooms import Room
 from ..widgets import panels
 from . import panel, properties
 from .bridge import marker_pairs
-from .operators import import_motion, marker_problems, match_markers
+from .operators import match_markers, take
 
 
 def meanvalue_draw_import_menu(self, _context):
-    operator = import_motion.MEANVALUE_OT_import_motion.bl_idname
+    operator = take.MEANVALUE_OT_import_motion.bl_idname
     self.layout.operator(operator, text="Motion Capture Markers (.c3d/.trc/.bvh/...)")
 
 
-OPERATORS = import_motion, marker_problems, match_markers
+OPERATORS = take, match_markers
 ROOM = Room(
     page="motion_capture",
     modules=(properties, *OPERATORS, panel),

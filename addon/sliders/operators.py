@@ -15,7 +15,7 @@ from ..widgets.base import MeshOperator
 from . import properties
 from .bridge import driven_keys, key_shapes, value_baking
 from .bridge.driven_keys import Corrective
-from .core import value_columns, value_files
+from .core import value_files
 
 
 class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
@@ -72,7 +72,7 @@ class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator)
             raise MotionFileError(f"Cannot import {error}") from error
         keys = obj.data.shape_keys
         names = [key.name for key in keys.key_blocks if key != keys.reference_key]
-        found = value_columns.matched(recorded.names, names, self.names)
+        found = value_files.matched(recorded.names, names, self.names)
         scene, curves = bpy.context.scene, {}
         rate = scene.render.fps / scene.render.fps_base
         frames = scene.frame_current + recorded.times * (rate / recorded.rate_hz if recorded.rate_hz else 1.0)

@@ -7,8 +7,7 @@ import pytest
 from addon.capture.core import marker_sets, readers
 from addon.capture.core.alignment import align_to_mesh
 from addon.capture.core.body import Body
-from addon.capture.core.limb import Limb
-from addon.capture.core.limb_posing import posed_and_actor
+from addon.capture.core.limb_posing import Limb, posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
 from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure

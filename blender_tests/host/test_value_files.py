@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addon.errors import MotionFileError, SceneError
-from addon.sliders.core import value_columns, value_files
+from addon.sliders.core import value_files
 from blender_tests.fuzz import mutations
 
 #: As Live Link Face writes it, at 60 frames a second.
@@ -160,21 +160,21 @@ def test_files_that_cannot_be_read(tmp_path):
 
 def test_names_are_matched_without_case_and_separators():
     keys = ["Basis", "jaw_open", "eyeBlink_L", "smile"]
-    assert value_columns.matched(["JawOpen", "EyeBlinkLeft", "HeadYaw"], keys) == {
+    assert value_files.matched(["JawOpen", "EyeBlinkLeft", "HeadYaw"], keys) == {
         "JawOpen": "jaw_open",
         "EyeBlinkLeft": "eyeBlink_L",
     }
 
 
 def test_the_same_name_goes_before_one_that_is_alike():
-    assert value_columns.matched(["jawopen", "jawOpen"], ["jawOpen"]) == {"jawOpen": "jawOpen"}
-    assert value_columns.matched(["Left"], ["left", "L"]) == {"Left": "left"}
+    assert value_files.matched(["jawopen", "jawOpen"], ["jawOpen"]) == {"jawOpen": "jawOpen"}
+    assert value_files.matched(["Left"], ["left", "L"]) == {"Left": "left"}
 
 
 def test_names_that_are_given():
     names, keys = ["mouthSmile", "jawOpen", "brow"], ["smile", "jawOpen"]
-    found = value_columns.matched(names, keys, " mouthSmile = smile ; jawOpen=;")
+    found = value_files.matched(names, keys, " mouthSmile = smile ; jawOpen=;")
     assert found == {"mouthSmile": "smile"}
     for text, words in (("smile", "no pair"), ("x=smile", "'x'"), ("brow=y", "'y'")):
         with pytest.raises(SceneError, match=words):
-            value_columns.matched(names, keys, text)
+            value_files.matched(names, keys, text)

@@ -13,7 +13,7 @@ from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
 from ..bridge.grip import Grip
-from . import pressing, tool_choice
+from . import tool_choice
 from .handles import insert_keyframes
 from .tool_choice import DragCircle
 
@@ -112,9 +112,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             if self.pin:
                 obj = self._press(context)
                 if self._covered:
-                    raise SceneError(pressing.in_front(obj, self._covered))
+                    raise SceneError(tool_choice.in_front(obj, self._covered))
                 return self.execute(context)
-            view = pressing.find_view(context)
+            view = tool_choice.find_view(context)
         except SceneError as error:
             return self._warn(error)
         self._circle = DragCircle()
@@ -123,7 +123,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _press(self, context):
         """Finds what was pressed on. Returns the object. @throws SceneError."""
-        obj, self._pressed, self._covered = pressing.find_pressed(context, self._start)
+        obj, self._pressed, self._covered = tool_choice.find_pressed(context, self._start)
         self.object_name = pose_objects.shown(obj).name  # a pose object may be made for it
         self.remember_object(obj)
         self.vertex = self._pressed.vertex
@@ -186,7 +186,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             if (self._mouse - self._start).length < context.preferences.inputs.drag_threshold_mouse:
                 return
             if self._covered:
-                raise SceneError(pressing.in_front(obj, self._covered))
+                raise SceneError(tool_choice.in_front(obj, self._covered))
             self._fit(context, obj)
             self._size_taken = self.size
             with pose_object_making.ready(obj) as (obj, self._made), kept.writing(obj):
@@ -208,7 +208,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
 
     def _on_plane(self, context, mouse):
         """Where the mouse is in the world, in the plane of the view through the place that was pressed."""
-        return view3d_utils.region_2d_to_location_3d(*pressing.find_view(context), mouse, self._pressed.place)
+        return view3d_utils.region_2d_to_location_3d(*tool_choice.find_view(context), mouse, self._pressed.place)
 
     def _resize(self, context, direction):
         if self._grip is not None and not self._grip.has_size:
@@ -262,9 +262,9 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         return {'CANCELLED'}
 
     def _show(self, context, obj):
-        length = self.size * self._whole * max(map(abs, obj.matrix_world.to_scale()))
         has_size = self._grip is None or self._grip.has_size
-        self._circle.show(*pressing.find_view(context), self._mouse, self._pressed.place, length if has_size else 0.0)
+        length = has_size * self.size * self._whole * max(map(abs, obj.matrix_world.to_scale()))
+        self._circle.show(*tool_choice.find_view(context), self._mouse, self._pressed.place, length)
         live = engine.status(obj) if self._grip is not None else None
         size = f" Size {self.size:.0%} (Wheel)" if has_size else ""
         parts = [f"Grab:{size}", "R after release turns it", "Esc cancels"]
