@@ -9,7 +9,7 @@ from . import handle_properties, old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
 from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
-from .ui import along_panel, grab_tool, menus, overlay, panel
+from .ui import grab_tool, menus, overlay, panel
 
 
 def _unregister():
@@ -45,7 +45,7 @@ ROOM = Room(
     modules=(
         *(handle_properties, properties),
         *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
-        *(panel, along_panel, menus),
+        *(panel, menus),
     ),
     settings=properties.Settings.__annotations__,
     register=grab_tool.register,

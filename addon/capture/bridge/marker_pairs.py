@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ...posing.bridge import controls
-from ...scene import rig_space, selection
+from ...scene import rig_space, subject
 from ...widgets.overlay import NOTHING, Lines, draw_lines
 from . import takes
 
@@ -85,7 +85,7 @@ def select_active(obj):
     if shown is None and takes.is_take(take):
         shown = next((empty for empty in takes.markers(take) if empty.meanvalue.marker == pair.name), None)
     if shown not in {None, bpy.context.object} and shown.name in bpy.context.view_layer.objects:
-        selection.choose(shown)
+        subject.choose(shown)
 
 
 def note_active(active):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions, pose_objects, selection
+from ...scene import actions, pose_objects, subject
 from ...scene.core import sample_times
 from ..core import units
 
@@ -182,7 +182,7 @@ def go_to_problem(collection):
     whole = math.floor(problem.frame)
     context.scene.frame_set(whole, subframe=problem.frame - whole)
     if context.mode == 'OBJECT' and problem.marker is not None and problem.marker.name in context.view_layer.objects:
-        selection.choose(problem.marker)
+        subject.choose(problem.marker)
 
 
 def _animate(empty, positions, measured, frames):

@@ -6,7 +6,7 @@ import bpy
 from ... import wording
 from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import members, scene_input, targets
-from ...scene import selection, shape_keys
+from ...scene import shape_keys, subject
 from ...widgets import picking
 from ...widgets.background import BackgroundOperator
 from ..bridge import marker_handles, marker_matching, marker_pairs, match_input
@@ -106,7 +106,7 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
         if not self.remove:
             return self._picked(obj, pair)
         if bpy.context.object == pair.control:
-            selection.choose(obj)
+            subject.choose(obj)
         marker_handles.drop(obj, pair)
         pair.is_used = pair.is_picked = False
         pair.vertex, pair.distance = -1, -1.0

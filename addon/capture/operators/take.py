@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ... import compat, wording
 from ...errors import MeanValueError, MotionFileError, SceneError
-from ...scene import pose_objects, selection
+from ...scene import pose_objects, subject
 from ...scene.core import sample_times
 from ...widgets.base import MeshOperator, Reporting
 from ..bridge import marker_pairs, takes
@@ -90,7 +90,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         active = pose_objects.of(context.object) or context.object
         if active is None or active.type != 'MESH':
             empties = [empty for collection in collections for empty in takes.markers(collection)]
-            selection.choose(empties[0])
+            subject.choose(empties[0])
             for empty in empties:
                 if empty.name in context.view_layer.objects:
                     empty.select_set(True)

@@ -7,7 +7,7 @@ from mathutils import Color
 
 from ... import compat, ids, wording
 from ...errors import require_none
-from ...scene import pose_objects, rig_space, selection, shape_keys, vertex_groups, views
+from ...scene import pose_objects, rig_space, shape_keys, subject, vertex_groups, views
 from ...scene.core import motion
 from . import control_places, members, orphans, region
 
@@ -208,7 +208,7 @@ def remove_handle(obj, index):
     handle = settings.handles[index]
     name, mark, made_group, control = handle.name, handle.mark, handle.made_group, handle.control
     if control is not None and bpy.context.view_layer.objects.active == control:
-        selection.choose(obj)
+        subject.choose(obj)
     remove_control(handle)
     settings.handles.remove(index)
     members.tidy(obj, mark)
@@ -221,7 +221,7 @@ def remove_handle(obj, index):
 def select(handle):
     """Makes the control the active object, and a bone the active one of its armature. @throws SceneError."""
     require_none(problem(handle.id_data, handle) or stillness(handle.id_data, [handle]))
-    selection.choose(handle.control)
+    subject.choose(handle.control)
     bone = control_places.bone_of(handle)
     if bone is not None:
         handle.control.data.bones.active = bone.bone

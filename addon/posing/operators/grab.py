@@ -8,7 +8,7 @@ from mathutils import Vector
 from ... import ids, wording
 from ...errors import MeanValueError, SceneError, require_none
 from ...live import engine
-from ...scene import kept, pose_object_making, pose_objects, selection, subject
+from ...scene import kept, pose_object_making, pose_objects, subject
 from ...widgets import picking
 from ...widgets.base import ModalOperator
 from ..bridge import controls, new_handles, region, scene_input
@@ -92,7 +92,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 if self.pin:
                     message = new_handles.toggle_pin(obj, self.vertex, self.size, self.handle)
                     if obj != subject.of(context):
-                        selection.choose(obj)
+                        subject.choose(obj)
                     return self.tell([message, *made], [])
                 grip = Grip(obj, self.vertex, self.size, self.handle)
                 if self.properties.is_property_set("size"):
@@ -248,7 +248,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if handle is not None and handle.follows == 'CONTROL':
             controls.select(handle)
             return self.tell("Control selected", [])
-        selection.choose(obj)
+        subject.choose(obj)
         return self.tell(f"'{obj.name}' is the active object" if handle is None else f"'{handle.name}' is active", [])
 
     def _give_up(self, context):

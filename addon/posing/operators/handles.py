@@ -9,7 +9,7 @@ from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
 from ...rooms import ALL
-from ...scene import actions, along, rig_space, selection, shape_keys, subject, vertex_groups, worn
+from ...scene import actions, along, rig_space, shape_keys, subject, vertex_groups, worn
 from ...scene.core.point_sets import require_finite
 from ...widgets.base import MeshOperator
 from ..bridge import control_places, controls, members, new_handles, region, scene_input
@@ -94,7 +94,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             shown = shape_keys.result_positions(obj)
             if shown is not None:
                 require_finite(shown[members], f"handle in shape key '{obj.meanvalue.result_key}'")
-        selection.leave_edit_mode(obj)
+        subject.leave_edit_mode(obj)
         if not self.pin:
             rig_space.measure(obj)
         kind = ids.PIN_NAME if self.pin else ids.HANDLE_NAME
@@ -111,7 +111,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
                 region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
             if self.live and is_first and not obj.meanvalue.live:
                 obj.meanvalue.live = True
-            selection.choose(control)
+            subject.choose(control)
             message = f"Handle '{handle.name}' moves {count}: move, turn or scale its control"
         try:
             scene_input.gather(obj)
@@ -165,9 +165,9 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
             return f"The control of '{handle.name}' is selected", []
         members.require_listed(obj, handle)
         vertex_groups.make_active(obj, handle.name)
-        selection.leave_edit_mode(obj)
-        selection.choose(obj)
-        notes = selection.edit_with_selected(obj, *members.of(obj, [handle]))
+        subject.leave_edit_mode(obj)
+        subject.choose(obj)
+        notes = subject.edit_with_selected(obj, *members.of(obj, [handle]))
         return f"The vertices of '{handle.name}' are selected", notes
 
 
@@ -180,7 +180,7 @@ class MEANVALUE_OT_remove_handle(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         index = obj.meanvalue.active_handle
-        selection.leave_edit_mode(obj)
+        subject.leave_edit_mode(obj)
         name = obj.meanvalue.handles[index].name
         region.let_go(obj, obj.meanvalue.handles[index])
         controls.remove_handle(obj, index)
@@ -216,7 +216,7 @@ class MEANVALUE_OT_keyframe_handles(MeshOperator, bpy.types.Operator):
         usable, notes = _usable(obj)
         if not usable:
             raise SceneError(notes[0])
-        selection.leave_edit_mode(obj)
+        subject.leave_edit_mode(obj)
         keyed = next(filter(None, (each.keyframe(obj) for each in ALL.shown_keys)), None)
         if keyed is None:
             movers = {controls.mover(handle) for handle in usable}

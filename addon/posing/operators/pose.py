@@ -8,7 +8,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, selection, shape_keys, subject
+from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, shape_keys, subject
 from ...scene.core import point_sets
 from ...scene.key_marks import Role
 from ...scene.pose_object_making import remove_bare
@@ -192,7 +192,7 @@ def remove_what_was_made(obj):
     settings = obj.meanvalue
     count = len(settings.handles)
     if bpy.context.object != shown(obj):
-        selection.choose(obj)
+        subject.choose(obj)
     for index in reversed(range(count)):
         controls.remove_handle(obj, index)
     region.remove_made_group(obj)

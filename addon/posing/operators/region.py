@@ -6,7 +6,7 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import selection, subject
+from ...scene import subject
 from ...widgets.base import MeshOperator
 from ..bridge import controls, members, region
 
@@ -71,6 +71,6 @@ class MEANVALUE_OT_paint_region(MeshOperator, bpy.types.Operator):
         region.require_own_group(obj)
         group = region.ensure_group(obj)
         obj.vertex_groups.active_index = group.index
-        selection.choose(obj)
+        subject.choose(obj)
         bpy.ops.object.mode_set(mode='WEIGHT_PAINT')
         return f"Paint region '{group.name}': what has a weight may move. Press Paint Region again when it is right", []

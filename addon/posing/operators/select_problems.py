@@ -11,7 +11,7 @@ from bpy.props import EnumProperty
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import kept, mesh_arrays, mirrors, selection, shape_keys, subject
+from ...scene import kept, mesh_arrays, mirrors, shape_keys, subject
 from ...solver import native_loader, session
 from ...widgets.base import MeshOperator, Reporting
 from ..bridge import scene_input
@@ -38,8 +38,8 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
         if not chosen:
             return f"Nothing {'unusual' if self.kind == ALL else 'of that kind'} was found on '{obj.name}'", []
         vertices = np.unique(np.concatenate(list(chosen.values())))
-        selection.choose(obj)
-        notes = selection.edit_with_selected(obj, vertices)
+        subject.choose(obj)
+        notes = subject.edit_with_selected(obj, vertices)
         names = {kind: name for kind, name, _about in mesh_problems.KINDS}
         names['GAP'] += f", closed by Merge Distance {distance:g}"
         counts = wording.listed(f"{names[kind]} ({len(each):,})" for kind, each in chosen.items())
