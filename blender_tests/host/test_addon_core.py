@@ -249,7 +249,8 @@ def test_the_solver_finds_values_from_few_rows(shapes):
     rest, moved, places = shapes.fit_input(anchors)
     assert len(rest) <= len(anchors) + 2
     np.testing.assert_array_equal(rest[places], shapes.rest[anchors].astype(np.float64))
-    fit = meanvalue.SliderFit(rest, moved, places, lower=shapes.lower, upper=shapes.upper, can_move=False)
+    lower, upper = shapes.bounds
+    fit = meanvalue.SliderFit(rest, moved, places, lower=lower, upper=upper, can_move=False)
     found = fit.solve(shapes.mixed([0.5, -0.25])[anchors]).values
     np.testing.assert_allclose(found, [0.5, -0.25], atol=1e-3)
 

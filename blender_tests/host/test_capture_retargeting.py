@@ -8,8 +8,7 @@ import pytest
 
 from addon.capture.core import landmarks, marker_sets, readers
 from addon.capture.core.body import Body
-from addon.capture.core.matching import match_to_surface
-from addon.capture.core.retargeting import retarget
+from addon.capture.core.matching import match_to_surface, retarget
 from addon.capture.core.soles import find_stances, on_floor, standing
 from addon.errors import InvalidMotionError
 from addon.scene.core.motion import fit_rotations

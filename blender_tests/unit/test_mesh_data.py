@@ -183,8 +183,7 @@ def test_shapes_are_those_that_blender_shows(obj, key_shapes):
     chained.slider_min, chained.slider_max = -1.0, 2.0
     found = key_shapes.gather(obj)
     assert found.names == ("Plain", "Chained")
-    assert found.lower.tolist() == [0.0, -1.0]
-    assert found.upper.tolist() == [1.0, 2.0]
+    assert found.bounds.tolist() == [[0.0, -1.0], [1.0, 2.0]]
     key_shapes.set_values(obj, found.names, [0.25, 1.5])
     np.testing.assert_allclose(meshes.seen(obj), found.mixed(key_shapes.values(obj, found.names)), atol=1e-5)
 

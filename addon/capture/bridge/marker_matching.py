@@ -15,7 +15,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import motion, point_sets
 from ...solver.job import result_of
-from ..core import alignment, cuffs, gaps, landmarks, matching, retargeting, soles
+from ..core import alignment, cuffs, gaps, landmarks, matching, soles
 from ..core import body as bodies
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
@@ -110,7 +110,7 @@ def steps(given):
         usual = float(np.median(match.distance[~picked])) if (~picked).any() else 0.0
         points = surface.vertices[match.vertex]
         character = np.where(picked[:, None], points + usual * surface.normals()[match.vertex], laid)
-        moved = retargeting.retarget(path, markers.actor, character, markers.landmarks)
+        moved = matching.retarget(path, markers.actor, character, markers.landmarks)
         markers, match = replace(markers, path=moved, reference=character), match._replace(offset=character - points)
     yield "following the skin", 0.7
     found = []

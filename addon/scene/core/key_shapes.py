@@ -44,15 +44,10 @@ class KeyShapes:
     def names(self):
         return tuple(slider.name for slider in self.sliders)
 
-    @cached_property
-    def lower(self):
-        """(s,) float64."""
-        return np.array([slider.low for slider in self.sliders], np.float64)
-
-    @cached_property
-    def upper(self):
-        """(s,) float64."""
-        return np.array([slider.high for slider in self.sliders], np.float64)
+    @property
+    def bounds(self):
+        """(2, s) float64: how far the sliders go."""
+        return np.array([(slider.low, slider.high) for slider in self.sliders], np.float64).T
 
     @cached_property
     def revision(self):
@@ -77,16 +72,12 @@ class KeyShapes:
     def fit_input(self, anchors):
         """(rest (m, 3), shapes (s, m, 3), anchors (k,)) float64 and int, as meanvalue.SliderFit takes them: of the
         anchors (vertex indices) and the vertex that each slider moves the farthest, since others do not matter."""
-        rows, places = np.unique(np.concatenate([anchors, self._farthest]), return_inverse=True)
+        numbers = range(len(self.sliders))
+        farthest = [(self.offset(number) ** 2).sum(axis=1).argmax() for number in numbers]
+        rows, places = np.unique(np.concatenate([anchors, farthest]), return_inverse=True)
         rest = self.rest[rows].astype(np.float64)
-        shapes = np.array([rest + self.offset(number, rows) for number in range(len(self.sliders))])
+        shapes = np.array([rest + self.offset(number, rows) for number in numbers])
         return rest, shapes, places[: len(anchors)]
-
-    @cached_property
-    def _farthest(self):
-        """(s,) int: the vertex that each slider moves the farthest."""
-        offsets = (self.offset(number) for number in range(len(self.sliders)))
-        return np.array([(offset**2).sum(axis=1).argmax() for offset in offsets], np.int64)
 
     def shapes(self):
         """The n x 3 float64 shape with each of the sliders at 1, one after the other."""

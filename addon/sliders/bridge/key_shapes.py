@@ -69,8 +69,8 @@ def gather(obj):
 
 def fit(shapes, arrays, refused, can_move):
     """The native SliderFit of KeyShapes; arrays: as of their fit_input(). @throws SolverError."""
-    make, bounds = native_loader.module().SliderFit, {"lower": shapes.lower, "upper": shapes.upper}
-    return session.call(make, *arrays, **bounds, can_move=can_move, refused=refused)
+    make, (lower, upper) = native_loader.module().SliderFit, shapes.bounds
+    return session.call(make, *arrays, lower=lower, upper=upper, can_move=can_move, refused=refused)
 
 
 def values(obj, names):
