@@ -139,12 +139,12 @@ class MEANVALUE_PT_active_handle(PosingPart, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return super().poll(context) and _active_handle(subject.of(context)) is not None
+        return super().poll(context) and controls.none_active(subject.of(context)) is None
 
     def draw(self, context):
         layout = column_of_settings(self.layout)
         obj = subject.of(context)
-        handle = _active_handle(obj)
+        handle = obj.meanvalue.handles[obj.meanvalue.active_handle]
         if handle.mark:
             layout.prop(handle, "name")
         else:
@@ -215,11 +215,6 @@ class MEANVALUE_PT_advanced(PanelPart, bpy.types.Panel):
         solve.operator("meanvalue.bind")
         solve.operator("meanvalue.solve_from_key")
         layout.operator_menu_enum("meanvalue.select_problems", "kind", icon='RESTRICT_SELECT_OFF')
-
-
-def _active_handle(obj):
-    handles, index = obj.meanvalue.handles, obj.meanvalue.active_handle
-    return handles[index] if index < len(handles) else None
 
 
 def _draw_grab(layout, context, obj):
