@@ -391,3 +391,18 @@ def test_shape_keys_are_carried_to_another_mesh():
         meanvalue.transfer(*given[:5], (np.array([4, 0, 2]), np.eye(3)))
     with pytest.raises(meanvalue.InvalidInput, match="correspondence is no pair"):
         meanvalue.transfer(*given[:5], np.eye(3))
+
+
+def test_bones_play_a_clip():
+    posed = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS).solve(bent_targets()).vertices
+    frames = np.array([VERTICES, posed, VERTICES + 1.0], np.float32)
+    found = meanvalue.fit_bones(VERTICES, frames, count=6, faces=TRIANGLES)
+    assert found.weights.shape == (len(VERTICES), 6) and found.transforms.shape == (3, 6, 4, 4)
+    points = np.c_[VERTICES, np.ones(len(VERTICES))]
+    placed = np.einsum("nb,fbij,nj->fni", found.weights, found.transforms[..., :3, :], points)
+    assert np.allclose(np.linalg.norm(placed - frames, axis=2), found.errors, atol=1e-5)
+    armature = (found.heads, found.tails, found.parents, found.transforms)
+    again = meanvalue.start_fit_bones(VERTICES, list(frames), armature=armature, faces=TRIANGLES).result()
+    assert again.errors.max() < 2 * found.errors.max() and (again.parents == found.parents).all()
+    with pytest.raises(meanvalue.InvalidInput, match=r"frames\[1\] has 1 positions"):
+        meanvalue.fit_bones(VERTICES, [frames[0], frames[0, :1]])

@@ -22,6 +22,7 @@ void bind_deformer(py::module_& module);
 void bind_sequence(py::module_& module, py::class_<Deformer, std::shared_ptr<Deformer>>& deformer);
 /// Needs the classes of encodings and of Deformer.
 void bind_morph(py::module_& module);
+void bind_bones(py::module_& module);
 void bind_follower(py::module_& module);
 void bind_sliders(py::module_& module);
 void bind_surface(py::module_& module);

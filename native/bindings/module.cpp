@@ -55,6 +55,7 @@ PYBIND11_MODULE(meanvalue, module) {
     meanvalue::bindings::bind_reports(module);
     meanvalue::bindings::bind_deformer(module);
     meanvalue::bindings::bind_morph(module);
+    meanvalue::bindings::bind_bones(module);
     meanvalue::bindings::bind_follower(module);
     meanvalue::bindings::bind_sliders(module);
     meanvalue::bindings::bind_surface(module);

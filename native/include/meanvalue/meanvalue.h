@@ -1,6 +1,7 @@
 // All of the library: bind a mesh and deform it, solve a clip, mix shapes, find values of shape keys, carry keys.
 #pragma once  // SPDX-License-Identifier: MPL-2.0
 
+#include "meanvalue/bones/fit_bones.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/physical_memory.h"

@@ -40,6 +40,20 @@ class BindReport:
     @property
     def vertex_count(self) -> int: ...
 
+class BoneFit:
+    @property
+    def errors(self) -> NDArray[np.float32]: ...
+    @property
+    def heads(self) -> NDArray[np.float64]: ...
+    @property
+    def parents(self) -> NDArray[np.int32]: ...
+    @property
+    def tails(self) -> NDArray[np.float64]: ...
+    @property
+    def transforms(self) -> NDArray[np.float64]: ...
+    @property
+    def weights(self) -> NDArray[np.float64]: ...
+
 class Cancelled(RuntimeError): ...
 
 class Component:
@@ -446,6 +460,19 @@ def first_of_place(points: ArrayLike, distance: float) -> NDArray[np.int32]: ...
 def first_of_seams(
     points: ArrayLike, face_corners: ArrayLike, face_starts: ArrayLike, distance: float
 ) -> NDArray[np.int32]: ...
+def fit_bones(
+    rest: ArrayLike,
+    frames: ArrayLike,
+    *,
+    count: int = 20,
+    error: float | None = None,
+    influences: int = 4,
+    joints: bool = True,
+    armature: tuple[ArrayLike, ...] | None = None,
+    faces: ArrayLike | None = None,
+    threads: int = 0,
+    execution: Execution | None = None,
+) -> BoneFit: ...
 def start_bind(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -472,6 +499,19 @@ def start_bind_morph(
     *,
     threads: int = 0,
     portable: bool = False,
+    execution: Execution | None = None,
+) -> Task: ...
+def start_fit_bones(
+    rest: ArrayLike,
+    frames: ArrayLike,
+    *,
+    count: int = 20,
+    error: float | None = None,
+    influences: int = 4,
+    joints: bool = True,
+    armature: tuple[ArrayLike, ...] | None = None,
+    faces: ArrayLike | None = None,
+    threads: int = 0,
     execution: Execution | None = None,
 ) -> Task: ...
 def start_transfer(
