@@ -130,6 +130,13 @@ SECTIONS = (
         "eye's height; *turned over*: triangles that the truth does not turn. On identities plain offsets are true.",
     ),
     Section(
+        "bones",
+        "Bones of clips",
+        "Clips as bones and at most four weights a vertex, on one thread; percent of the diagonal. *Plain*: one bone a "
+        "vertex, by Lloyd's rounds alone.",
+        frozenset({"goal"}),
+    ),
+    Section(
         "table1",
         "The paper's Table 1",
         "G is at diagonal 1. *[in print]* is on the paper's machine, a Pentium 4 at 3 GHz. Only ratios compare: the "

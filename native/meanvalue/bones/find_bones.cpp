@@ -84,7 +84,7 @@ void split_bones(Skin& skin, Index count, const Execution& execution) {
             for (Index v = 0; v < skin.vertex_count(); ++v)
                 if (skin.weights[v].number == skin.weights[vertex].number)
                     near.emplace_back((skin.rest.col(v) - skin.rest.col(vertex)).squaredNorm(), v);
-            const std::size_t seed = std::min(kSeedVertices, near.size());
+            const std::size_t seed = std::min(kSeedVertices, (near.size() + 1) / 2);
             std::nth_element(near.begin(), near.begin() + (seed - 1), near.end());
             for (std::size_t k = 0; k < seed; ++k)
                 skin.weights[near[k].second].number = next;
