@@ -142,10 +142,10 @@ def flags_of_paths():
     return {'PATH_SUPPORTS_BLEND_RELATIVE'} if "is_path_supports_blend_relative" in known else set()
 
 
-def move_modifier_to_top(obj, modifier):
-    """Makes `modifier` the first of the stack. Blender 3.4 has only an operator for that."""
+def move_modifier(obj, modifier, index=0):
+    """Makes `modifier` the first of the stack, or puts it at `index`. Blender 3.4 has only an operator for that."""
     if hasattr(obj.modifiers, "move"):
-        obj.modifiers.move(obj.modifiers.find(modifier.name), 0)
+        obj.modifiers.move(obj.modifiers.find(modifier.name), index)
         return
     with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
-        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=index)

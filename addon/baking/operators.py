@@ -10,20 +10,21 @@ from ..live import engine
 from ..posing.bridge import scene_input
 from ..posing.operators.pose import remove_what_was_made
 from ..scene import baked, subject
+from ..scene.baked import TO_CACHE, TO_KEYS
 from ..scene.core import sample_times
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from . import properties
-from .bridge import playing, preparing, taken_along
+from .bridge import bones, playing, preparing
 from .bridge.baking import Baking
 from .core import bake_times
 
 
 class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_label = "Bake"
-    bl_description = "Solve every frame of the animated handles or sliders, into a point cache or shape keys"
+    bl_description = "Solve every frame of the animated handles or sliders, into a point cache, keys or bones"
     doing = "Baking"
-    problems = (lambda obj: None if baked.source(obj) else scene_input.unheld_problem(obj),)
+    problems = (lambda obj: None if baked.source(obj) or bones.is_seen(obj) else scene_input.unheld_problem(obj),)
 
     __annotations__ = {
         **properties.unsaved(properties.OPTIONS),
@@ -69,8 +70,9 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
                 yield "sampling the animation", share
 
     def after(self, prepared):
-        for share in prepared.write(self.object()):
-            yield "choosing the shape keys", share
+        with engine.held():
+            for share in prepared.write(self.object()):
+                yield f"making the {prepared.options.target.lower().replace('_', ' ')}", share
 
     def job_progress(self):
         progress = self._prepared.progress()
@@ -87,28 +89,23 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         return (self._prepared and self._prepared.stopped()) or super().stopped()
 
     def finish(self, obj, prepared, _outcome):
-        require_none(playing.keys_problem(obj) if prepared.to_keys else None)
-        if prepared.posing.binding is not None:
+        require_none(preparing.target_problem(obj, prepared.options))
+        if prepared.posing is not None and prepared.posing.binding is not None:
             prepared.posing.record(obj)
-        playing.take_back(obj)
-        if prepared.to_keys:
-            times = prepared.times[prepared.kept]
-            notes = [*playing.play_keys(obj, times, prepared.shapes), *subject.sharing_notes(obj)]
-            prepared.begun.remove()
-            made = wording.counted(len(times), "shape key")
-        else:
-            playing.play_cache(obj, prepared.shown_path, prepared.plan.header)
-            notes, made = [], f"'{prepared.shown_path}'"
-        notes += prepared.play_along(obj)
+        made, near, notes = prepared.play(obj)
+        notes += subject.sharing_notes(obj) if prepared.options.target == TO_KEYS else []
         first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
         obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         if prepared.is_done:
             return f"'{obj.name}' is baked already, and nothing has changed since", notes
-        what = "frame" if prepared.options.samples == 1 else "sample"
-        found = bake_times.notes(prepared.times, prepared.begun.problems)
-        return f"Baked {wording.counted(len(prepared.times), what)}", [*found, *notes]
+        if prepared.begun is not None:
+            notes += bake_times.notes(prepared.times, prepared.begun.problems)
+            if prepared.options.target != TO_CACHE:
+                prepared.begun.remove()
+        done = f"Baked {wording.counted(len(prepared.times), 'frame' if prepared.options.samples == 1 else 'sample')}"
+        return f"{done} to {made}: {near}" if near else done, notes
 
     def _options(self, obj):
         options = properties.chosen(self, obj.meanvalue.bake, properties.OPTIONS)
@@ -131,10 +128,10 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         if self.keep_bake:
-            for each in taken_along.baked(obj):
+            for each in playing.baked_with(obj):
                 playing.keep(each)
             return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
-        for each in taken_along.baked(obj):
+        for each in playing.baked_with(obj):
             playing.take_back(each)
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)

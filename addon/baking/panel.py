@@ -4,7 +4,7 @@
 import bpy
 
 from ..scene import subject
-from ..scene.baked import TO_CACHE
+from ..scene.baked import TO_BONES, TO_CACHE, TO_KEYS
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import preparing
 from .operators import MEANVALUE_OT_bake, MEANVALUE_OT_unbake
@@ -20,12 +20,11 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
-        if settings.target == TO_CACHE:
-            layout.prop(settings, "path")
-            if not settings.path:
-                layout.label(text=preparing.default_path(obj))
-        else:
-            layout.prop(settings, "tolerance_share")
+        of_bones = ["bones", *["tolerance_share"][settings.bones :], "influences", "skeleton"]
+        for name in {TO_CACHE: ["path"], TO_KEYS: ["tolerance_share"], TO_BONES: of_bones}[settings.target]:
+            layout.prop(settings, name)
+        if settings.target == TO_CACHE and not settings.path:
+            layout.label(text=preparing.default_path(obj))
         draw_range(layout, settings)
         layout.prop(settings, "samples")
         draw_main_button(layout, MEANVALUE_OT_bake, 'REC')

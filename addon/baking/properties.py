@@ -4,22 +4,22 @@
 import types
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from .. import compat
-from ..scene.baked import TO_CACHE, TO_KEYS
+from ..scene.baked import TO_BONES, TO_CACHE, TO_KEYS
 from ..scene.declarations import aside
 
 #: What can be chosen, for the settings and for the operator's own properties alike.
 OPTIONS = {
     "target": EnumProperty(
         name="Bake to",
-        description="What the animation of the handles becomes",
+        description="What the animation becomes",
         items=(
             (TO_CACHE, "Point Cache", "A file (PC2) that a Mesh Cache modifier plays. For takes of any length"),
             (TO_KEYS, "Shape Keys", "Keys in the mesh, with animated values. For short takes, to go on working on"),
+            (TO_BONES, "Armature", "Bones and weights, as game engines want them, of whatever moves the mesh"),
         ),
-        default=TO_CACHE,
     ),
     "frame_range": EnumProperty(
         name="Range",
@@ -29,7 +29,6 @@ OPTIONS = {
             ('SCENE', "Scene", "From the scene's first frame to its last"),
             ('OWN', "Own", "From Start to End"),
         ),
-        default='ANIMATION',
     ),
     "frame_start": IntProperty(name="Start", description="First frame to bake", default=1),
     "frame_end": IntProperty(name="End", description="Last frame to bake", default=250),
@@ -49,7 +48,7 @@ OPTIONS = {
     ),
     "tolerance_share": FloatProperty(
         name="Tolerance",
-        description="How far keys may leave vertices, as a part of the mesh's size; at 0 each sample has one",
+        description="How far keys (bones: rms) may be off, as a part of the mesh's size; at 0 each sample has a key",
         default=0.1,
         min=0.0,
         soft_max=5.0,
@@ -57,6 +56,9 @@ OPTIONS = {
         precision=3,
         subtype='PERCENTAGE',
     ),
+    "bones": IntProperty(name="Bones", description="How many. 0: as Tolerance takes", default=20, min=0, max=256),
+    "influences": IntProperty(name="Influences", description="Most bones of a vertex", default=4, min=1, max=8),
+    "skeleton": BoolProperty(name="Skeleton", description="Bones turn about joints. Off: each is free", default=True),
 }
 
 

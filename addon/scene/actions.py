@@ -5,6 +5,7 @@ import contextlib
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from .. import compat
 from ..errors import SceneError
@@ -38,6 +39,30 @@ def write_vector(id_block, data_path, frames, values):
     """write_curve() for each column of `values`, n x c."""
     for index in range(values.shape[1]):
         write_curve(id_block, data_path, index, frames, values[:, index])
+
+
+def motion_paths(mover):
+    """What Blender calls location and rotation of an object or a pose bone."""
+    return mover.path_from_id("location"), mover.path_from_id(rotation_path(mover))
+
+
+def write_motion(mover, frames, matrices, moves=True):
+    """Keys of an object or a pose bone at `frames` (f,) for what it does of itself, f of 4 x 4. moves: location too."""
+    rotation_name = rotation_path(mover)
+    former = mover.location.copy(), tuple(getattr(mover, rotation_name)), mover.scale.copy()
+    locations, rotations = [], []
+    for matrix in matrices:
+        mover.matrix_basis = Matrix(matrix)  # Blender minds rotation modes and delta transforms
+        locations.append(mover.location.copy())
+        turned = getattr(mover, rotation_name)
+        is_axis = not hasattr(turned, "make_compatible")  # with an angle
+        rotations.append(tuple(turned) if is_axis else turned.copy())
+        if not is_axis and len(rotations) > 1:
+            rotations[-1].make_compatible(rotations[-2])  # in the numbers that are nearest to those of the last one
+    mover.location, mover.scale = former[0], former[2]
+    setattr(mover, rotation_name, former[1])
+    for path, values in tuple(zip(motion_paths(mover), (locations, rotations), strict=True))[not moves :]:
+        write_vector(mover.id_data, path, frames, np.array(values))
 
 
 def read_keys(id_block, data_path, index=0):

@@ -5,12 +5,12 @@ import functools
 import json
 
 import bpy
-from bpy.props import BoolProperty, StringProperty
+from bpy.props import BoolProperty, PointerProperty, StringProperty
 
 from ..rooms import ALL
 
 #: What a bake may play from.
-TO_CACHE, TO_KEYS = 'POINT_CACHE', 'SHAPE_KEYS'
+TO_CACHE, TO_KEYS, TO_BONES = 'POINT_CACHE', 'SHAPE_KEYS', 'ARMATURE'
 
 
 class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
@@ -20,6 +20,8 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     modifier: StringProperty()
     keys: StringProperty()
     muted: StringProperty()
+    hidden: StringProperty()  # modifiers that bones stand for, and whether viewport and renders had them
+    rig: PointerProperty(type=bpy.types.Object)
     was_live: BoolProperty()
     was_mixed: BoolProperty()
     note: StringProperty()  # what it is, for the panel

@@ -80,11 +80,11 @@ def _equip(obj, made):
     if obj.parent is not None and obj.parent_type in rig_space.DEFORMING_PARENTS:
         modifier = made.modifiers.new(obj.parent.name, obj.parent_type)  # which does the same
         modifier.object = obj.parent
-        compat.move_modifier_to_top(made, modifier)
+        compat.move_modifier(made, modifier)
     for owner, name, tree in ((made, "Pose Offset", _offset_nodes()), (obj, "Pose", _adding_nodes(obj, made))):
         modifier = owner.modifiers.new(name, 'NODES')
         modifier.node_group, modifier.show_expanded = tree, False
-        compat.move_modifier_to_top(owner, modifier)
+        compat.move_modifier(owner, modifier)
     bpy.context.view_layer.update()
 
 

@@ -11,6 +11,7 @@ vertices of the mesh without them. And where the vertices are to be seen.
 
 import contextlib
 import dataclasses
+import itertools
 
 import bpy
 import numpy as np
@@ -70,8 +71,18 @@ def armature(obj):
 
 
 def armatures(obj):
-    """Those of its modifiers."""
-    return [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object is not None]
+    """Those of its modifiers, but not that of a bake."""
+    baked = obj.meanvalue.baked.modifier
+    return [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object and each.name != baked]
+
+
+def before_bones(obj):
+    """Its modifiers that bones can stand for, before any that makes vertices; nodes at the end only if alone."""
+    known, simulating = _MOVING | {'MESH_SEQUENCE_CACHE', 'NODES'}, {'CLOTH', 'SOFT_BODY'}
+    first = itertools.takewhile(lambda each: each.type in known or not each.show_viewport, obj.modifiers)
+    found = [each for each in first if _deforms(obj, each) or (each.type in simulating and each.show_viewport)]
+    ends = [number for number, each in enumerate(found, 1) if each.type != 'NODES']
+    return found[: ends[-1]] if ends else found
 
 
 def looks_at_neighbours(obj):
@@ -120,9 +131,11 @@ def measure(obj):
 
 
 @contextlib.contextmanager
-def evaluating(obj):
-    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError."""
-    evaluated, stores = _evaluated(obj)
+def evaluating(obj, modifiers=None, alone=False):
+    """Gives a function from n x 3 of the pose's key to n x 3 float64 as seen. @throws SceneError.
+
+    modifiers: names of those that count, else all that deform; alone: other shape keys do not."""
+    evaluated, stores = _evaluated(obj, alone)
     rest = shape_keys.rest_positions(obj.data)
     former = [mesh_arrays.coordinates(store, name) for store, name, _ in stores]
     switches = np.empty(len(evaluated.modifiers), bool)
@@ -146,9 +159,9 @@ def evaluating(obj):
         return found
 
     try:
-        used = [_deforms(obj, each) for each in obj.modifiers]
+        used = [_deforms(obj, each) if modifiers is None else each.name in modifiers for each in obj.modifiers]
         evaluated.modifiers.foreach_set("show_viewport", used)
-        has_nodes = any(each.type == 'NODES' for each in _deformers(obj))
+        has_nodes = modifiers is None and any(each.type == 'NODES' for each in _deformers(obj))
         if has_nodes and len(run(rest)) != len(rest):  # they make vertices, which only trying tells
             used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
             evaluated.modifiers.foreach_set("show_viewport", used)
@@ -159,7 +172,7 @@ def evaluating(obj):
         evaluated.modifiers.foreach_set("show_viewport", switches)
 
 
-def _evaluated(obj):
+def _evaluated(obj, alone):
     """(Blender's evaluated copy of the object, its stores). @throws SceneError if it has none that fits."""
     for ensure in (False, True):  # the copy may be of before the last edit
         if ensure:
@@ -168,7 +181,7 @@ def _evaluated(obj):
         if depsgraph is None:
             continue
         evaluated = obj.evaluated_get(depsgraph)
-        stores = _stores(obj, depsgraph)
+        stores = _stores(obj, depsgraph, alone)
         if evaluated.is_evaluated and stores is not None and len(evaluated.modifiers) == len(obj.modifiers):
             return evaluated, stores
     raise SceneError(
@@ -176,7 +189,7 @@ def _evaluated(obj):
     )
 
 
-def _stores(obj, depsgraph):
+def _stores(obj, depsgraph, alone):
     """[(collection, property, n x 3 float32)]: what to displace, in Blender's evaluated copies, to displace the pose's
     key, and where each is with the pose at rest; None if the copies do not fit."""
     keys = obj.data.shape_keys
@@ -196,7 +209,7 @@ def _stores(obj, depsgraph):
     found = []
     for key in copy.key_blocks:
         is_always_there = key == copy.reference_key or not keys.use_relative
-        is_at_rest = is_always_there or key.name in own
+        is_at_rest = alone or is_always_there or key.name in own
         if is_enough and key.name not in own:  # what moves the one that counts fully moves all
             continue
         if is_always_there or _counts(obj, key) or key.name in bases:
@@ -215,7 +228,8 @@ def _deformers(obj):
 def _deforms(obj, modifier):
     baked = obj.meanvalue.baked
     is_bake = bool(baked.target) and modifier.name == baked.modifier  # plays in place of the pose
-    if is_bake or pose_objects.is_ours(modifier) or not modifier.show_viewport or modifier.type not in DEFORMING:
+    is_on = modifier.show_viewport or modifier.name in names_in(baked.hidden)
+    if is_bake or pose_objects.is_ours(modifier) or not is_on or modifier.type not in DEFORMING:
         return False
     return modifier.type != 'NODES' or not compat.simulates(modifier)
 

@@ -8,11 +8,21 @@ import pytest
 from support import meshes
 from support.baking import FRAMES, animated_tube, bake, save
 
+#: {kind: (exporter, importer, suffix, options of both)}. Else FBX has that of objects alone, and not all frames.
+FBX = {"bake_anim_use_all_actions": False, "bake_anim_use_nla_strips": False, "bake_anim_simplify_factor": 0.0}
+AT_ONCE = {"as_background_job": False}
+KINDS = {
+    "fbx": (bpy.ops.export_scene.fbx, bpy.ops.import_scene.fbx, "fbx", FBX, {"anim_offset": 0.0}),
+    "gltf": (bpy.ops.export_scene.gltf, bpy.ops.import_scene.gltf, "glb", {}, {}),
+    "alembic": (bpy.ops.wm.alembic_export, bpy.ops.wm.alembic_import, "abc", {"end": FRAMES, **AT_ONCE}, AT_ONCE),
+    "usd": (bpy.ops.wm.usd_export, bpy.ops.wm.usd_import, "usdc", {"export_animation": True}, {}),
+}
+KEYS, BONES = {"target": 'SHAPE_KEYS', "tolerance_share": 0}, {"target": 'ARMATURE', "influences": 8}
 
-def in_the_world(obj, times):
-    """(f, n, 3) at each of the frames."""
+
+def in_the_world(obj):
     shapes = []
-    for time in times:
+    for time in (1, 4, 7, FRAMES):
         bpy.context.scene.frame_set(time)
         obj.data.id_data.update_tag()
         world = np.array(obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
@@ -20,44 +30,30 @@ def in_the_world(obj, times):
     return np.stack(shapes)
 
 
-def test_shape_keys_by_fbx(tmp_path):
-    """FBX knows nothing of muted keys: that of the pose has the value 0. Blender's importer is a frame late."""
+@pytest.mark.parametrize(("kind", "options", "more", "near"), [
+    ("fbx", KEYS, {"object_types": {'MESH'}}, 1e-2),  # of 10; it knows nothing of muted keys: they have the value 0
+    ("fbx", BONES, {"add_leaf_bones": False}, 1e-4),
+    ("gltf", {"target": 'ARMATURE'}, {}, 1e-4),
+    ("gltf", BONES, {"export_all_influences": True}, 1e-4),
+    *((kind, options, {}, 1e-4) for kind in ("alembic", "usd") for options in (KEYS, {})),
+])  # fmt: skip
+def test_export_and_import(monkeypatch, tmp_path, kind, options, more, near):
+    if not getattr(bpy.app.build_options, kind, True):
+        pytest.skip(f"this Blender is built without {kind}")
+    addon_utils.enable("io_scene_gltf2" if kind == "gltf" else "io_scene_fbx")
+    monkeypatch.setattr(np, "bool", bool, raising=False)  # Blender 3.4's glTF asks numpy for it
     obj, _control = animated_tube()
+    obj.data.polygons.foreach_set("use_smooth", [True] * len(obj.data.polygons))  # else glTF has a vertex for each face
     meshes.activate(obj)
-    bake(target='SHAPE_KEYS', tolerance_share=0)
-    times = [1, 4, 7, FRAMES]
-    before = in_the_world(obj, times)
-    addon_utils.enable("io_scene_fbx")
-    path = str(tmp_path / "baked.fbx")
-    whole = {"bake_anim_use_all_actions": False, "bake_anim_use_nla_strips": False}  # else actions of objects alone
-    assert bpy.ops.export_scene.fbx(filepath=path, object_types={'MESH'}, **whole) == {'FINISHED'}
-    bpy.data.objects.remove(obj)
-    assert bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0) == {'FINISHED'}
-    (came,) = [each for each in bpy.data.objects if each.type == 'MESH']
-    assert np.abs(in_the_world(came, times) - before).max() < 1e-2
-
-
-@pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
-@pytest.mark.parametrize("format_name", ["alembic", "usd"])
-def test_export_and_import(tmp_path, format_name, target):
-    if not getattr(bpy.app.build_options, format_name):
-        pytest.skip(f"this Blender is built without {format_name}")
-    obj, _control = animated_tube()
     save(tmp_path)
-    bake(target=target, **({"tolerance_share": 0} if target == 'SHAPE_KEYS' else {}))
-    times = [1, 4, 7, FRAMES]
-    before = in_the_world(obj, times)
-    assert np.ptp(before, axis=0).max() > 1.0
-    if format_name == "alembic":
-        path = str(tmp_path / "baked.abc")
-        export = {"start": 1, "end": FRAMES, "selected": True, "as_background_job": False}
-        assert bpy.ops.wm.alembic_export(filepath=path, **export) == {'FINISHED'}
-        known = set(bpy.data.objects)
-        assert bpy.ops.wm.alembic_import(filepath=path, as_background_job=False) == {'FINISHED'}
-    else:
-        path = str(tmp_path / "baked.usdc")
-        assert bpy.ops.wm.usd_export(filepath=path, selected_objects_only=True, export_animation=True) == {'FINISHED'}
-        known = set(bpy.data.objects)
-        assert bpy.ops.wm.usd_import(filepath=path) == {'FINISHED'}
-    (came,) = [each for each in bpy.data.objects if each not in known and each.type == 'MESH']
-    assert np.abs(in_the_world(came, times) - before).max() < 1e-4
+    bake(**options)
+    bpy.ops.meanvalue.unbake(keep_bake=True)  # an importer plays one action of several
+    before, bones = in_the_world(obj), {bone.name for rig in bpy.data.armatures for bone in rig.bones}
+    export, come, suffix, *way = KINDS[kind]
+    path = str(tmp_path / f"baked.{suffix}")
+    assert export(filepath=path, **way[0], **more) == {'FINISHED'}
+    bpy.data.batch_remove([*bpy.data.objects, *bpy.data.armatures])
+    assert come(filepath=path, **way[1]) == {'FINISHED'}
+    came = next(each for each in bpy.data.objects if each.type == 'MESH' and "Tube" in each.name)
+    assert np.ptp(before, axis=0).max() > 1.0 and np.abs(in_the_world(came) - before).max() < near
+    assert {bone.name for rig in bpy.data.armatures for bone in rig.bones} == bones

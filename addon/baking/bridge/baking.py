@@ -2,47 +2,63 @@
 """The work of a bake, chunk by chunk: what was done before is kept, what is done stays, whatever happens."""
 
 import time
+import types
 
 import bpy
 import numpy as np
 
-from ...errors import CancelledError
-from ...scene import baked, frames
-from ...scene.baked import TO_KEYS
+from ...compat import session_key
+from ...errors import CancelledError, SceneError
+from ...scene import along, baked, frames, shape_keys, worn
+from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS
+from ...solver.core.fingerprint import digest
 from ...wording import counted
 from ..core import bake_times, point_cache
-from . import handle_source, preparing
+from . import bones, handle_source, playing, preparing
 from .clips import BakePlan, RowClip
-from .taken_along import TakenAlong
 
 
 class Baking:
     """One object with its options (attributes as properties.py), in place of a Posing for widgets/background.py.
 
     plan, begun     None until sample() went through
-    kept, shapes    for shape keys: which rows, and what they are
     is_done         whether the point cache is there already
+    _paths          {session key: (as the modifier shows it, in full)} of the mesh and of what goes along
+    _made           {session key: [n x 3 float32], or [] for a point cache} of what plays the bake
     """
 
     def __init__(self, obj, scene, options):
         """@throws SceneError if the options do not fit the object; nothing was changed then."""
         self.options = options
-        self.to_keys = options.target == TO_KEYS
         self.scene_name = scene.name
         self.times = preparing.times_of(scene, obj, options)
-        self.shown_path, self.path = preparing.paths(obj, options)
-        preparing.require_fit(obj, self.times, options, self.path)
-        self._kind = baked.source(obj) or handle_source
-        self._along = TakenAlong(obj, self.times, options) if self._kind is handle_source else None
-        self.posing = self._kind.bind(obj)
-        self.require_unchanged = self.posing.require_unchanged
-        self.plan = self.begun = self.kept = self.shapes = self._execution = None
+        self._kind = None if options.target == TO_BONES and bones.is_seen(obj) else baked.source(obj) or handle_source
+        self._paths, self._made = {}, {}
+        self._find_room(along.group(obj) if self._kind is handle_source else [obj])
+        self.shown_path, self.path = self._paths[session_key(obj)]
+        self.posing = self._kind and self._kind.bind(obj)
+        self.require_unchanged = self.posing.require_unchanged if self.posing else lambda obj: None
+        self.plan = self.begun = self._kept = self._bones = self._execution = None
         self.is_done = False
         self._doing = 0  # rows of the chunk that is being solved
         self._begun_at = None  # (seconds, rows that were done then)
 
+    def _find_room(self, objects):
+        homes, options = {}, self.options
+        for each in objects:
+            stem = options.path.strip().removesuffix(".pc2")
+            path = options.path if each == objects[0] else stem and f"{stem}_{preparing.file_name_of(each)}.pc2"
+            own = types.SimpleNamespace(**{**vars(options), "path": path})
+            shown, path = self._paths[session_key(each)] = preparing.paths(each, own)
+            first = homes.setdefault(str(path).casefold(), each)
+            if shown and first != each:
+                raise SceneError(f"'{first.name}' and '{each.name}' would be baked to one file. Rename one of them")
+            preparing.require_fit(each, self.times, own, path)
+
     def sample(self, find):
         """Generator of the share that is done. find() returns the object. @throws SceneError."""
+        if self._kind is None:
+            return
         scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
         visit = frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
         rows = np.array((yield from visit))
@@ -52,13 +68,13 @@ class Baking:
         else:
             clip = RowClip(self._kind, bind_input, rows)
         self.plan = BakePlan(clip, self.times, 1.0 / self.options.samples)
-        if not self.to_keys:
+        if self.options.target == TO_CACHE:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
         self.begun = point_cache.Begun(self.path, self.plan.key, self.plan.header)
 
     def work(self, execution):
         """Steps (see solver/job.py) that bind if need be and solve what is missing. @throws MeanValueError."""
-        if self.is_done:
+        if self.is_done or self._kind is None:
             return
         self._execution = execution
         for begin, end in self.plan.chunks():
@@ -94,26 +110,79 @@ class Baking:
         return done, total, seconds / (done - before) * (total - done) if done > before else None
 
     def write(self, obj):
-        """Has the cache be whole, or chooses the shape keys: generator of the share done. @throws CacheError."""
-        if not self.to_keys:
+        """Has the cache be whole, or finds keys or bones: generator of the share done. @throws MeanValueError."""
+        if self.options.target == TO_CACHE:
             if not self.is_done:
                 self.begun.become_whole()
             preparing.write_marker(self.path, obj, self.plan.key)
-            if self._along is not None:
-                yield from self._along.write(obj, point_cache.mapped(self.path), self.plan)
+            self._made[session_key(obj)] = []
+            yield from self._write_along(obj, point_cache.mapped(self.path))
             return
+        still = [shape_keys.rest_positions(obj.data)] * len(self.times)
+        shapes = still if self._kind is None else (yield from self._shapes())
+        for number, shape in enumerate(shapes):
+            for follower, others in self._followers(obj):
+                for other, found in zip(others, follower.follow(shape), strict=True):
+                    self._made.setdefault(session_key(other), []).append(found)
+            yield number / len(shapes)
+        self._made = {key: made for key, made in self._made.items() if len(made) == len(shapes)}
+        self._made[session_key(obj)] = shapes
+        if self.options.target == TO_BONES:
+            made = [(each, self._made[session_key(each)]) for each in self._parts(obj)]
+            self._bones = yield from bones.fit(*zip(*made, strict=True), self.times, self._kind is None, self.options)
+
+    def _followers(self, obj):  # of what it began with: others may go along since
+        return along.followers(obj, [each for each in worn.taken(obj) if session_key(each[1]) in self._paths])
+
+    def _parts(self, obj):
+        return [each for each in along.group(obj) if session_key(each) in self._made]
+
+    def _shapes(self):
         rows, rest = point_cache.mapped(self.begun.path), self.posing.bind_input.rest
         if self._kind is handle_source and self._shares.min() < 1.0:  # kept poses, which play on, show what is missing
             rows = [rest + np.float32(share) * (row - rest) for row, share in zip(rows, self._shares, strict=True)]
-        self.kept = list(range(len(rows)))
+        self._kept = list(range(len(rows)))
         tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
-        if tolerance > 0.0:
-            self.kept = yield from bake_times.reduced(rows, self.times, tolerance)
-        self.shapes = [np.array(rows[row]) for row in self.kept]
-        if self._along is not None:
-            yield from self._along.choose(obj, self.shapes)
+        if tolerance > 0.0 and self.options.target == TO_KEYS:
+            self._kept = yield from bake_times.reduced(rows, self.times, tolerance)
+        return [np.array(rows[row]) for row in self._kept]
 
-    def play_along(self, obj):
-        """What goes along plays its bake, too. Returns notes."""
-        times = self.times[self.kept] if self.to_keys else None
-        return self._along.play(obj, self.plan, times) if self._along is not None else []
+    def _write_along(self, obj, rows):
+        """The point caches of what goes along, of those of the mesh: generator of the share done."""
+        plan = self.plan
+        for follower, others in self._followers(obj):
+            key = digest(plan.key, *follower.key, *follower.places)
+            homes = [(self._paths[session_key(one)][1], key, plan.header_of(len(one.data.vertices))) for one in others]
+            self._made.update({session_key(each): [] for each in others})
+            if all(point_cache.is_current(*home) for home in homes):
+                continue
+            caches = [point_cache.Begun(*home) for home in homes]
+            for begin, end in plan.chunks():
+                shapes = []
+                for row in rows[begin:end]:
+                    shapes.append(follower.follow(np.array(row)))
+                    yield (begin + len(shapes)) / len(rows)
+                for cache, found in zip(caches, zip(*shapes, strict=True), strict=True):
+                    cache.write(begin, np.array(found), [""] * (end - begin))
+            for cache, other, home in zip(caches, others, homes, strict=True):
+                cache.become_whole()
+                preparing.write_marker(home[0], other, key)
+
+    def play(self, obj):
+        """What was made plays, in what goes along too. Returns (what it is, how near it is or "", notes), in words."""
+        parts, notes, made = self._parts(obj), along.problems(obj), f"'{self.shown_path}'"
+        for each in parts:
+            playing.take_back(each)
+        if self.options.target == TO_BONES:
+            made, near, more = bones.play(parts, *self._bones, self.times, self._kind is None)
+            return made, near, [*notes, *more]
+        for each in parts:
+            key = session_key(each)
+            if self.options.target == TO_KEYS:
+                times = self.times[self._kept]
+                notes += playing.play_keys(each, times, self._made[key])
+                made = counted(len(times), "shape key")
+            else:
+                header = self.plan.header_of(len(each.data.vertices))
+                playing.play_cache(each, self._paths[key][0], header)
+        return made, "", notes

@@ -4,17 +4,18 @@
 import json
 
 import bpy
+import numpy as np
 
 from ... import compat, ids
-from ...scene import actions, baked, declarations, pose_key, shape_keys
-from ...scene.baked import TO_CACHE, TO_KEYS, names_in
+from ...scene import actions, baked, declarations, pose_key, rig_space, shape_keys, worn
+from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
 
 def play_cache(obj, path, header):
     """A Mesh Cache modifier on top of the stack."""
     modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
-    compat.move_modifier_to_top(obj, modifier)  # it has to see the vertices of the mesh itself
+    compat.move_modifier(obj, modifier)  # it has to see the vertices of the mesh itself
     scale = 1.0 / header.rate
     modifier.cache_format = 'PC2'
     modifier.filepath = path
@@ -58,6 +59,40 @@ def play_keys(obj, times, shapes):
         yield "A shape key is pinned: turn off Shape Key Lock to see the bake"
 
 
+def play_bones(obj, rig, names, weights, is_seen):
+    """An armature modifier and the vertex groups `names`, n x b weights. Modifiers, and keys if is_seen, are off."""
+    groups = [obj.vertex_groups.new(name=name) for name in names]
+    for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
+        groups[number].add((vertex,), weights[vertex, number], 'REPLACE')
+    record, hidden = obj.meanvalue.baked, rig_space.before_bones(obj)
+    record.hidden = json.dumps({each.name: (each.show_viewport, each.show_render) for each in hidden})
+    for each in hidden:
+        each.show_viewport = each.show_render = False
+    modifier = obj.modifiers.new(rig.name, 'ARMATURE')
+    compat.move_modifier(obj, modifier, obj.modifiers.find(hidden[-1].name) + 1 if hidden else 0)
+    modifier.object, modifier.use_bone_envelopes = rig, False
+    _hide_result(obj, is_seen)
+    record.target, record.modifier, record.rig = TO_BONES, modifier.name, rig
+
+
+def _remove_bones(obj, record):
+    """What play_bones() has made, and shows what it had hidden. The armature goes with the last that it moves."""
+    rig = record.rig
+    for bone in rig.data.bones if rig is not None else ():
+        if shape_keys.MADE in bone and bone.name in obj.vertex_groups:  # which are renamed with their bones
+            obj.vertex_groups.remove(obj.vertex_groups[bone.name])
+    for name, switches in json.loads(record.hidden).items():
+        if name in obj.modifiers:
+            obj.modifiers[name].show_viewport, obj.modifiers[name].show_render = switches
+    moved = {getattr(modifier, "object", None) for each in bpy.data.objects for modifier in each.modifiers}
+    if rig is not None and rig not in moved:
+        actions.remove_action(rig)
+        data = rig.data
+        bpy.data.objects.remove(rig)
+        if data.users == 0:
+            bpy.data.armatures.remove(data)
+
+
 def keys_problem(obj):
     """Why `obj` cannot be baked to shape keys, in words, or None."""
     for other in bpy.data.objects:
@@ -66,12 +101,19 @@ def keys_problem(obj):
     return shape_keys.absolute_problem(obj)
 
 
+def baked_with(obj):
+    """The mesh, and what else a bake of it plays in: what has handles has a bake of its own."""
+    return [obj, *(each for _, each in worn.listed(obj) if each.meanvalue.baked.target and not each.meanvalue.handles)]
+
+
 def take_back(obj):
     """Takes back what the last bake of `obj` has made in the scene. Files stay."""
     record = obj.meanvalue.baked
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
-    if modifier is not None and modifier.type == "MESH_CACHE":
+    if modifier is not None and modifier.type in {"MESH_CACHE", "ARMATURE"}:
         obj.modifiers.remove(modifier)
+    if record.target == TO_BONES:
+        _remove_bones(obj, record)
     keys = obj.data.shape_keys
     if record.target == TO_KEYS and keys is not None:
         names = names_in(record.keys)
@@ -109,8 +151,8 @@ def keep(obj):
     declarations.clear(record)
 
 
-def _hide_result(obj):
-    """The mesh must not be moved twice: what poses it is muted, and what follows at once ends."""
+def _hide_result(obj, with_all=False):
+    """The mesh must not be moved twice: what poses it is muted (with all keys), and what follows at once ends."""
     record, settings, kind = obj.meanvalue.baked, obj.meanvalue, baked.source(obj)
     record.was_live, record.was_mixed = settings.live, kind is not None and kind.is_on(obj)
     shown = kind.shown_keys(obj) if record.was_mixed else []
@@ -119,6 +161,7 @@ def _hide_result(obj):
         kind.turn(obj, False)
     keys = obj.data.shape_keys
     key = shape_keys.result(obj)
+    shown += keys.key_blocks[1:] if with_all and keys is not None else []
     named = {each.name: each for each in shown if each.name not in names_in(record.keys)}
     if key is not None and key != keys.reference_key and key not in shown:
         named[""] = key  # known by its mark, whatever it is called by then

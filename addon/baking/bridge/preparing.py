@@ -10,11 +10,11 @@ from ... import wording
 from ...errors import SceneError, require_none
 from ...ids import CACHE_FOLDER
 from ...scene import baked, frames
-from ...scene.baked import TO_KEYS
+from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS
 from ...scene.core import whole_files
 from ...scene.core.whole_files import file_name
 from ..core import bake_times, point_cache
-from . import handle_source, playing
+from . import bones, handle_source, playing
 
 #: What is larger asks first.
 LARGE_BYTES = 1_000_000_000
@@ -40,7 +40,12 @@ def require_fit(obj, times, options, path):
     asked = doubts(obj, times, options, path)
     if asked and not options.confirm:
         raise SceneError(". ".join([*asked, "If that is what you want, bake with confirm=True"]))
-    require_none(playing.keys_problem(obj) if options.target == TO_KEYS else None)
+    require_none(target_problem(obj, options))
+
+
+def target_problem(obj, options):
+    """Why `obj` cannot be baked to this, in words, or None."""
+    return {TO_BONES: bones.problem, TO_KEYS: playing.keys_problem}.get(options.target, lambda obj: None)(obj)
 
 
 def doubts(obj, times, options, path):
@@ -52,7 +57,7 @@ def doubts(obj, times, options, path):
         slow = " of memory and slow Blender down: a point cache does not" if to_keys else ""
         found.append(f"Up to {count} will take {whole_files.in_bytes(size)}{slow}")
     marker = point_cache.read_marker(path)
-    if not to_keys and path.exists() and not _is_own(obj, marker):
+    if options.target == TO_CACHE and path.exists() and not _is_own(obj, marker):
         whose = "something else than a bake"
         if "object" in marker:
             whose = f"the bake of '{marker['object']}' in '{marker.get('blend') or 'an unsaved file'}'"
@@ -76,7 +81,7 @@ def write_marker(path, obj, key):
 
 def default_path(obj):
     """As the modifier shows it."""
-    return f"//{_folder()}/{_file_name(obj)}.pc2"
+    return f"//{_folder()}/{file_name_of(obj)}.pc2"
 
 
 def _folder():
@@ -85,15 +90,15 @@ def _folder():
     return f"{CACHE_FOLDER}/{file_name(bpy.path.clean_name(stem))}" if stem else CACHE_FOLDER
 
 
-def _file_name(obj):
+def file_name_of(obj):
     return file_name(bpy.path.clean_name(obj.name))
 
 
 def paths(obj, options):
-    """(as the modifier shows it, in full). For shape keys: where it is begun. @throws SceneError."""
-    if options.target == TO_KEYS:
+    """(as the modifier shows it, in full). For what needs no file: where it is begun. @throws SceneError."""
+    if options.target != TO_CACHE:
         folder = f"//{_folder()}" if bpy.data.filepath else bpy.app.tempdir
-        return "", pathlib.Path(bpy.path.abspath(folder), f"{_file_name(obj)}.keys")
+        return "", pathlib.Path(bpy.path.abspath(folder), f"{file_name_of(obj)}.keys")
     shown = options.path.strip() or default_path(obj)
     if shown.startswith("//"):  # Blender's own modifier takes both slashes for one, on all systems
         shown = shown.replace("\\", "/")

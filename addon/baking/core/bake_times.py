@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frames that a bake samples, what they are called, what is said of those that went wrong, and which of them to
-keep, so that blending from one to the next gives the others."""
+"""The frames that a bake samples, what is said of those that went wrong, and which to keep to blend the others of."""
 
 import numpy as np
 
@@ -34,10 +33,8 @@ def notes(times, problems):
 
 
 def reduced(rows, times, tolerance):
-    """Generator of the rows to keep: the first, the last and as few between as it takes. Yields the share done.
-
-    Each span is about as long as it can be, found by halving; every row within was looked at. So between two rows that
-    are kept no vertex is farther than `tolerance` from where the blend has it.
+    """Generator of the rows to keep: as few as leave no vertex farther than `tolerance` from where the blend of the two
+    beside has it. Yields the share done. Each span is about as long as it can be, found by halving.
 
     rows: sequence of (n, 3) float32; times: their frames, ascending; tolerance >= 0. Returns ascending row numbers.
     """

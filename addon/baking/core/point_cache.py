@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Point caches in the format PC2: the positions of all vertices, sample after sample.
-
-A file is a header of 32 bytes (POINTCACHE2, version 1, vertices, first frame, frames per sample, samples), then 3
-float32 for each vertex of each sample, all little-endian.
-"""
+"""Point caches in the format PC2: a header of 32 bytes (POINTCACHE2, version 1, vertices, first frame, frames per
+sample, samples), then 3 float32 for each vertex of each sample, all little-endian."""
 
 import contextlib
 import glob
@@ -99,10 +96,8 @@ def is_current(path, key, header):
 
 
 class Begun:
-    """A cache that is being written, in a file beside its own: what was killed goes on behind what is whole of it.
-
-    Its name has the key of what is baked, a digest of all that the samples depend on: so changed settings never go on
-    with the samples of others, and processes that bake the same write the same bytes.
+    """A cache that is being written, in a file beside its own: what was killed goes on behind what is whole of it. Its
+    name has the key of what is baked: changed settings never go on with the samples of others.
 
     path      where it is until all samples are there
     problems  [text] on each of the samples that are whole: what went wrong, or ""

@@ -200,7 +200,8 @@ def _kept_keys(obj):
 
 def _rigs(obj):
     """The armatures whose bones move the object by its vertex groups, each once."""
-    found = [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.use_vertex_groups]
+    own = [each for each in obj.modifiers if each.type == 'ARMATURE' and each.name != obj.meanvalue.baked.modifier]
+    found = [each.object for each in own if each.use_vertex_groups]
     found += [obj.parent] if obj.parent_type == 'ARMATURE' else []
     return list(dict.fromkeys(rig for rig in found if rig is not None and rig.type == 'ARMATURE'))
 

@@ -5,9 +5,7 @@ What carries the head has a transform of its own, which becomes `left @ motion @
 in the object's space: a pair of matrices.
 """
 
-import bpy
 import numpy as np
-from mathutils import Matrix
 
 from ... import wording
 from ...errors import SceneError
@@ -33,7 +31,7 @@ def require_room(obj, options):
     owner, carrier = _carrier(obj, options)
     names = [
         name
-        for name, path in zip(("location", "rotation"), _paths(carrier), strict=True)
+        for name, path in zip(("location", "rotation"), actions.motion_paths(carrier), strict=True)
         if any(len(actions.read_keys(owner, path, index)[0]) for index in range(3))
     ]
     if names and not options.replace:
@@ -58,21 +56,7 @@ def pair(obj, options):
 def write(obj, options, frames, pairs, motions):
     """Keys at `frames` (f,): pairs (f, 2, 4, 4), and the rigid motions of the head (f, 4, 4). Returns notes."""
     owner, carrier = _carrier(obj, options)
-    rotation_name = actions.rotation_path(carrier)
-    former = carrier.location.copy(), tuple(getattr(carrier, rotation_name)), carrier.scale.copy()
-    locations, rotations = [], []
-    for (left, right), motion in zip(pairs, motions, strict=True):
-        carrier.matrix_basis = Matrix(left @ motion @ right)  # Blender minds rotation modes and delta transforms
-        locations.append(carrier.location.copy())
-        turned = getattr(carrier, rotation_name)
-        is_axis = not hasattr(turned, "make_compatible")  # with an angle
-        rotations.append(tuple(turned) if is_axis else turned.copy())
-        if not is_axis and len(rotations) > 1:
-            rotations[-1].make_compatible(rotations[-2])  # in the numbers that are nearest to those of the last one
-    carrier.location, carrier.scale = former[0], former[2]
-    setattr(carrier, rotation_name, former[1])
-    for path, values in zip(_paths(carrier), (locations, rotations), strict=True):
-        actions.write_vector(owner, path, frames, np.array(values))
+    actions.write_motion(carrier, frames, pairs[:, 0] @ motions @ pairs[:, 1])
     if owner != carrier and carrier.bone.use_connect:
         return [f"Bone '{carrier.name}' is connected to its parent, so it turns as the head does and stays in place"]
     return []
@@ -91,10 +75,3 @@ def _carrier(obj, options):
     if bone is None:
         raise SceneError(f"'{rig.name}' has no bone '{options.bone}'. Choose the bone of the head in Bone")
     return rig, bone
-
-
-def _paths(carrier):
-    """From what is keyed to location and rotation."""
-    is_bone = isinstance(carrier, bpy.types.PoseBone)
-    start = f'pose.bones["{bpy.utils.escape_identifier(carrier.name)}"].' if is_bone else ""
-    return f"{start}location", f"{start}{actions.rotation_path(carrier)}"

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bones and weights that stand for what moves a mesh, and what goes along with it: one armature for all."""
+
+import itertools
+
+import bpy
+import numpy as np
+
+from ... import wording
+from ...scene import (
+    actions,
+    baked,
+    frames,
+    mesh_arrays,
+    pose_objects,
+    rig_space,
+    shape_keys,
+    vertex_groups,
+    views,
+    worn,
+)
+from ...scene.core import motion, sample_times
+from ...scene.core.point_sets import bounding_box_diagonal
+from ...solver import native_loader, session
+from . import playing
+
+#: Exporters leave out such weights: without them a vertex moves by less than bones are off.
+LEAST_WEIGHT = 1e-3
+
+REFUSED = "No bones can be found: {}"
+
+
+def is_seen(obj):
+    """Whether neither handles nor a mix move a mesh, but what bones alone can stand for. Cheap."""
+    keys = obj.data.shape_keys
+    is_moved = rig_space.before_bones(obj) or (keys is not None and actions.is_animated(keys))
+    return bool(is_moved) and not (obj.meanvalue.handles or baked.source(obj))
+
+
+def problem(obj):
+    """Why bones cannot stand for what moves `obj`, in words, or None."""
+    if pose_objects.shown(obj) != obj:
+        return f"'{obj.parent.name}' is of another file, and takes no weights. Bake to a point cache"
+    if obj.parent is not None and obj.parent_type in rig_space.DEFORMING_PARENTS:
+        return f"'{obj.parent.name}' deforms '{obj.name}' as its parent. Parent it as Object, and add a modifier"
+    if is_seen(obj) and obj.meanvalue.baked.target:
+        return f"A bake plays in place of what moves '{obj.name}'. Press Remove Bake first"
+    is_small = bounding_box_diagonal(shape_keys.rest_positions(obj.data)) < 1e-4  # Blender drops bones below 1e-6
+    return f"'{obj.name}' is too small for bones. Scale it up" if is_small else shape_keys.absolute_problem(obj)
+
+
+def fit(parts, shapes, times, is_seen, options):
+    """Generator of the share done; returns (a native BoneFit of all parts in the space of the first, where that is).
+
+    parts: the mesh, and what goes along; shapes: for each f of n x 3 float32, without modifiers; is_seen: at rest,
+    since not handles move the mesh. @throws MeanValueError."""
+    modifiers, obj, worlds = [[each.name for each in rig_space.before_bones(part)] for part in parts], parts[0], []
+
+    def see():
+        row = len(worlds)
+        worlds.append(np.array(obj.matrix_world, np.float64))
+        for part, names, own in zip(parts, modifiers, shapes, strict=True):
+            with rig_space.evaluating(part, names, alone=not is_seen) as evaluate:
+                own[row] = evaluate(own[row]).astype(np.float32)
+
+    yield from frames.visit(bpy.context.scene, times, see)
+    places = [worn.to_carrier(obj, each) for each in parts]
+    rests = [shape_keys.rest_positions(each.data) for each in parts]
+    rest, *rows = (
+        np.concatenate([motion.apply(*each) for each in zip(places, row, strict=True)]).astype(np.float32)
+        for row in [rests, *zip(*shapes, strict=True)]
+    )
+    execution, size = native_loader.module().Execution(), bounding_box_diagonal(rests[0])
+    places = zip(parts, rests, itertools.accumulate(map(len, rests), initial=0), strict=False)
+    task = session.call(
+        native_loader.module().start_fit_bones,
+        *(rest, rows),
+        faces=np.concatenate([mesh_arrays.triangles(part.data, own) + start for part, own, start in places]),
+        count=options.bones or 20,
+        error=None if options.bones else max(options.tolerance_share, 1e-3) / 100.0 * size,
+        influences=options.influences,
+        joints=options.skeleton,
+        execution=execution,
+        refused=REFUSED,
+    )
+    try:
+        while not task.finished:
+            task.wait(0.02)
+            yield execution.progress
+        return session.call(task.result, refused=REFUSED), worlds
+    finally:
+        execution.cancel()
+
+
+def play(parts, found, worlds, times, is_seen):
+    """Has the bones found play in the parts, as of fit(). Returns (what was made, how near it is, notes), in words."""
+    taken = {group.name for each in parts for group in each.vertex_groups}
+    names = [vertex_groups.unused(f"Bone {number:02}", taken) for number in range(1, len(found.parents) + 1)]
+    rig = _rig(parts[0], found, names, times)
+    if np.ptp(worlds, axis=0).any():
+        actions.write_motion(rig, times, worlds)
+    weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
+    ends = np.cumsum([len(each.data.vertices) for each in parts])
+    for part, own in zip(parts, np.split(weights / weights.sum(axis=1, keepdims=True), ends[:-1]), strict=True):
+        playing.play_bones(part, rig, names, own, is_seen)
+    off = found.errors.astype(np.float64) / bounding_box_diagonal(shape_keys.rest_positions(parts[0].data))
+    of_frames = np.sqrt((off**2).mean(axis=1))
+    worst, rms = sample_times.named(times[of_frames.argmax()]), np.sqrt((of_frames**2).mean())
+    near = f"rms {rms:.2%}, largest {off.max():.2%} of the size, worst at frame {worst}"
+    is_scaled = not np.allclose(parts[0].matrix_world.to_scale(), 1.0, atol=1e-4)
+    notes = [f"'{parts[0].name}' has a scale: apply it before export (Object > Apply > Scale)"] if is_scaled else []
+    return wording.counted(len(names), "bone"), near, notes
+
+
+def _rig(obj, found, names, times):
+    """An armature object where `obj` is, with the bones found and an action at these times."""
+    data, layer = bpy.data.armatures.new(f"{obj.name} Armature"), bpy.context.view_layer
+    rig = bpy.data.objects.new(data.name, data)
+    bpy.context.scene.collection.objects.link(rig)  # others may be hidden, where nothing has an Edit Mode
+    views.show_in_local_views(rig, obj)
+    rig.matrix_world, rig.show_in_front = obj.matrix_world, True
+    active, layer.objects.active = layer.objects.active, rig
+    bpy.ops.object.mode_set(mode='EDIT')
+    bones = [data.edit_bones.new(name) for name in names]
+    for bone, head, tail, parent in zip(bones, found.heads, found.tails, found.parents, strict=True):
+        bone.head, bone.tail, bone.parent = head, tail, bones[parent] if parent >= 0 else None
+    bpy.ops.object.mode_set(mode='OBJECT')
+    layer.objects.active = active
+    for name, moved, parent in zip(names, found.transforms.swapaxes(0, 1), found.parents, strict=True):
+        data.bones[name][shape_keys.MADE] = True
+        of_parent = np.linalg.inv(found.transforms[:, parent]) if parent >= 0 else np.eye(4)
+        rest = np.array(data.bones[name].matrix_local, np.float64)
+        own = np.linalg.inv(rest) @ of_parent @ moved @ rest
+        actions.write_motion(rig.pose.bones[name], times, own, moves=parent < 0)
+    return rig
