@@ -20,7 +20,7 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         obj = subject.of(context)
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
-        of_bones = ["bones", *["tolerance_share"][settings.bones :], "influences", "skeleton"]
+        of_bones = ["bones", *["tolerance_share"][settings.bones :], "influences", "skeleton", "root_bone"]
         for name in {TO_CACHE: ["path"], TO_KEYS: ["tolerance_share"], TO_BONES: of_bones}[settings.target]:
             layout.prop(settings, name)
         if settings.target == TO_CACHE and not settings.path:

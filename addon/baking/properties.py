@@ -59,6 +59,7 @@ OPTIONS = {
     "bones": IntProperty(name="Bones", description="How many. 0: as Tolerance takes", default=20, min=0, max=256),
     "influences": IntProperty(name="Influences", description="Most bones of a vertex", default=4, min=1, max=8),
     "skeleton": BoolProperty(name="Skeleton", description="Bones turn about joints. Off: each is free", default=True),
+    "root_bone": BoolProperty(name="Root Bone", description="One more at the origin carries the walk on the ground"),
 }
 
 

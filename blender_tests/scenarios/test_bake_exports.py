@@ -17,7 +17,7 @@ KINDS = {
     "alembic": (bpy.ops.wm.alembic_export, bpy.ops.wm.alembic_import, "abc", {"end": FRAMES, **AT_ONCE}, AT_ONCE),
     "usd": (bpy.ops.wm.usd_export, bpy.ops.wm.usd_import, "usdc", {"export_animation": True}, {}),
 }
-KEYS, BONES = {"target": 'SHAPE_KEYS', "tolerance_share": 0}, {"target": 'ARMATURE', "influences": 8}
+KEYS, BONES = {"target": 'SHAPE_KEYS', "tolerance_share": 0}, {"target": 'ARMATURE', "influences": 8, "root_bone": True}
 
 
 def in_the_world(obj):

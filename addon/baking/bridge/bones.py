@@ -92,11 +92,11 @@ def fit(parts, shapes, times, is_seen, options):
         execution.cancel()
 
 
-def play(parts, found, worlds, times, is_seen):
+def play(parts, found, worlds, times, is_seen, has_root):
     """Has the bones found play in the parts, as of fit(). Returns (what was made, how near it is, notes), in words."""
     taken = {group.name for each in parts for group in each.vertex_groups}
     names = [vertex_groups.unused(f"Bone {number:02}", taken) for number in range(1, len(found.parents) + 1)]
-    rig = _rig(parts[0], found, names, times)
+    rig = _rig(parts[0], found, [vertex_groups.unused("Root", taken)] * has_root + names, times)
     if np.ptp(worlds, axis=0).any():
         actions.write_motion(rig, times, worlds)
     weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
@@ -114,6 +114,13 @@ def play(parts, found, worlds, times, is_seen):
 
 def _rig(obj, found, names, times):
     """An armature object where `obj` is, with the bones found and an action at these times."""
+    heads, tails, parents, transforms = found.heads, found.tails, found.parents, found.transforms
+    if len(names) > len(heads):  # the first goes along the ground as the first one found does
+        up, way = motion.unit(np.array(obj.matrix_world.inverted())[:3, 2]), transforms[:, 0, :3] @ [*heads[0], 1.0]
+        root = np.tile(np.eye(4), (len(way), 1, 1, 1))
+        root[:, 0, :3, 3] = (way - heads[0]) @ (np.eye(3) - np.outer(up, up))
+        heads, tails = [0.0 * up, *heads], [np.linalg.norm(tails[0] - heads[0]) * up, *tails]
+        parents, transforms = [-1, *(parents + 1)], np.concatenate([root, transforms], axis=1)
     data, layer = bpy.data.armatures.new(f"{obj.name} Armature"), bpy.context.view_layer
     rig = bpy.data.objects.new(data.name, data)
     bpy.context.scene.collection.objects.link(rig)  # others may be hidden, where nothing has an Edit Mode
@@ -122,14 +129,15 @@ def _rig(obj, found, names, times):
     active, layer.objects.active = layer.objects.active, rig
     bpy.ops.object.mode_set(mode='EDIT')
     bones = [data.edit_bones.new(name) for name in names]
-    for bone, head, tail, parent in zip(bones, found.heads, found.tails, found.parents, strict=True):
+    for bone, head, tail, parent in zip(bones, heads, tails, parents, strict=True):
         bone.head, bone.tail, bone.parent = head, tail, bones[parent] if parent >= 0 else None
     bpy.ops.object.mode_set(mode='OBJECT')
     layer.objects.active = active
-    for name, moved, parent in zip(names, found.transforms.swapaxes(0, 1), found.parents, strict=True):
+    still = 1e-6 * np.ptp([*heads, *tails], axis=0).max()  # joints move less, by rounding, and get no keys of that
+    for name, moved, parent in zip(names, transforms.swapaxes(0, 1), parents, strict=True):
         data.bones[name][shape_keys.MADE] = True
-        of_parent = np.linalg.inv(found.transforms[:, parent]) if parent >= 0 else np.eye(4)
+        of_parent = np.linalg.inv(transforms[:, parent]) if parent >= 0 else np.eye(4)
         rest = np.array(data.bones[name].matrix_local, np.float64)
         own = np.linalg.inv(rest) @ of_parent @ moved @ rest
-        actions.write_motion(rig.pose.bones[name], times, own, moves=parent < 0)
+        actions.write_motion(rig.pose.bones[name], times, own, moves=np.abs(own[:, :3, 3]).max() > still)
     return rig
