@@ -43,8 +43,7 @@ def test_off_at_rest_and_on_at_the_pose(has_keyframes):
 
 def test_a_driver_that_is_there_stays():
     obj, _rig = corrected()
-    driver = obj.data.shape_keys.key_blocks["Bent"].driver_add("value").driver
-    driver.expression = "0.25"
+    obj.data.shape_keys.key_blocks["Bent"].driver_add("value").driver.expression = "0.25"
     with steps.refused("'Bent' is driven already"):
         bpy.ops.meanvalue.drive_by_bone()
     assert obj.data.shape_keys.animation_data.drivers[0].driver.expression == "0.25"
@@ -52,12 +51,11 @@ def test_a_driver_that_is_there_stays():
 
 def test_bone_axis_and_angle_can_be_given():
     obj, rig = corrected()
-    call = bpy.ops.meanvalue.drive_by_bone
-    assert call(bone="Lower", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
+    assert bpy.ops.meanvalue.drive_by_bone(bone="Lower", axis='X', angle=math.radians(20.0)) == {'FINISHED'}
     assert value_at(obj, rig, 10.0) == pytest.approx(0.5, abs=1e-4)
     obj.data.shape_keys.key_blocks["Bent"].driver_remove("value")
     with steps.refused("no bone 'Nowhere'"):
-        call(bone="Nowhere")
+        bpy.ops.meanvalue.drive_by_bone(bone="Nowhere")
 
 
 def test_refused_where_no_bone_is_turned():
@@ -82,6 +80,23 @@ def test_a_second_pose_of_the_bone_leaves_the_first_alone():
     bpy.ops.meanvalue.drive_by_bone(remove=True)
     assert not obj.animation_data.drivers and not obj.data.shape_keys.animation_data.drivers
     assert "Drive" not in "".join(obj.keys())
+
+
+def test_what_an_artist_animates_masks_or_names_stays_so():
+    obj, rig = corrected()
+    keys, obj["Drive by Pose?"] = obj.data.shape_keys.key_blocks, "mine"
+    keys["Bent"].vertex_group, keys["Bent"].name = obj.vertex_groups.new(name="None").name, "Fist"
+    for degrees, name in ((120.0, "Far"), (0.0, "Bent"), (90.0, "Near")):
+        rigs.bend(rig, degrees)
+        move(obj.meanvalue.handles["Top"].control, (0.0, 0.4, 0.0))
+        seen = rigs.seen(obj)
+        bpy.ops.meanvalue.keep_pose(name=name)
+        bpy.context.scene.frame_set(bpy.context.scene.frame_current + 1)
+        assert np.abs(rigs.seen(obj) - seen).max() < 1e-2
+        keys["Far"].keyframe_insert("value")
+    obj.active_shape_key_index, mark = keys.find("Fist"), keys["Fist"].slider_min
+    bpy.ops.meanvalue.drive_by_bone()  # this and "Near": "Bent" is for the rest, and took no other's pose with its name
+    assert obj["Drive by Pose?"] and keys["Fist"].slider_min == mark and len(keys.id_data.animation_data.drivers) == 2
 
 
 def test_each_of_many_poses_is_on_at_its_own_and_what_is_renamed_or_reloaded_goes_on(tmp_path):

@@ -242,6 +242,24 @@ TEST(Transfer, TakesMeshesAsTheyCome) {
     EXPECT_LT(largest_distance(found, loose), 2.0 * largest_distance(shape, rest));
 }
 
+TEST(Transfer, TakesPartsWithoutArea) {
+    Case meshes(20, 21);
+    const Positions rest = placed(meshes.source.vertices, face), onto = meshes.there(rest);
+    const auto count = static_cast<Index>(onto.rows());
+    Positions more(count + 4, 3);  // a line of two faces, on its own
+    more << onto, onto.row(0), onto.row(1), 0.5 * (onto.row(0) + onto.row(1)), 0.3 * onto.row(0) + 0.7 * onto.row(1);
+    Triangles& faces = meshes.target.faces;
+    faces.conservativeResize(faces.rows() + 2, 3);
+    faces.bottomRows(2) << count, count + 1, count + 2, count + 1, count + 2, count + 3;
+    meshes.binding.faces.resize(more.rows(), 0);
+    meshes.binding.weights.conservativeResize(more.rows(), 3);
+    meshes.binding.weights.bottomRows(4).rowwise() = meshes.binding.weights.row(0).eval();
+    const auto up = [](const Positions& from) -> Positions {
+        return from.rowwise() + Vector3(0, 0, 0.5).transpose();
+    };
+    EXPECT_LT(largest_distance(meshes.carried(rest, {up(rest)}, more), up(more)), 1e-6);
+}
+
 TEST(Transfer, CanBeCancelledEverywhere) {
     Case meshes(12, 14);
     const auto at = [&](double gap) {

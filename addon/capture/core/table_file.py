@@ -51,6 +51,8 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
                 head, rows, width = _of_records([records.plain(dict(zip(names, row, strict=False))) for _, row in rows])
         points, others, known = _columns(lines, head, width)
         positions, cells = _numbers(lines, rows, list(itertools.chain(*points.values())), others)
+        if not len(positions):
+            lines.fail(NO_POINT, REMEDY, number=1)
     except csv.Error:  # of a quote that nothing ends
         lines.fail("it is no table", REMEDY, number=1)
     labels = [label for label, *_ in points]

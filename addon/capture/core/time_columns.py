@@ -58,7 +58,7 @@ def numbers(cells, largest, wanted, refuse):
     """(f,) float64, NaN where blank; None if none of them is a number, refused if only some are none."""
     try:
         found = np.array(cells if type(cells[0]) in (float, str) else [*map(number, cells)], np.float64)
-    except (ValueError, TypeError):  # not all of them are plain numbers
+    except (ValueError, TypeError, OverflowError):  # not all of them are plain numbers
         found = np.array([*map(number, cells)])
     wrong = np.abs(found) > largest
     if (wrong | np.isnan(found)).all():

@@ -16,7 +16,8 @@ from mathutils import Quaternion, Vector
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions, along, key_marks, pose_key, rig_space, shape_keys, subject, vertex_groups
+from ...scene import actions, along, key_marks, key_reading, pose_key, rig_space, shape_keys, subject, vertex_groups
+from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...widgets.base import MeshOperator
 
@@ -28,7 +29,7 @@ POSES, PREFIX = "meanvalue_poses", "Drive by Pose"
 LEAST_TURN, SAME, NEAR = 0.005, 1e-5, 0.03
 
 #: Poses of a group, and factors in an expression, of which Blender keeps 255 characters.
-MOST_POSES, FACTORS = 12, 6
+MOST_POSES, FACTORS = 12, 5
 
 _OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)|clamp\(turn / [-+.e\d]+\)")  # the latter in files of before there were bands
 
@@ -49,8 +50,8 @@ def _turns(obj, key):
 
 def _store(key, turns):
     """Gives the key its pose, and a mark by which that is found; an artist's key does not pass for one just kept."""
-    if key_marks.role(key) in {None, Role.KEPT}:
-        taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
+    taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
+    if key_marks.role(key) is None or (key_marks.role(key) == Role.KEPT and key.slider_min in taken):
         counts = itertools.count(int(key_marks.role(key) is None))
         marks = (key_marks.mark(Role.KEPT, key.name + " " * count) for count in counts)
         key.slider_min = next(mark for mark in marks if mark not in taken)
@@ -72,9 +73,15 @@ def is_driven(key):
     return bool(curve and _OURS.fullmatch(curve.driver.expression))
 
 
+def _is_free(key):
+    """Whether neither a driver nor keyframes of an artist's move it."""
+    keyframes, _values = actions.read_keys(key.id_data, key.path_from_id("value"))
+    return is_driven(key) or not (actions.driver_of(key) or len(keyframes))
+
+
 def _group(key):
-    """The key and those whose poses share bones with its, or with one of these, but for those an artist drives."""
-    free = {each: set(_pose(each)) for each in key.id_data.key_blocks if is_driven(each) or not actions.driver_of(each)}
+    """The key and those whose poses share bones with its, or with one of these, but for those an artist moves."""
+    free = {each: set(_pose(each)) for each in key.id_data.key_blocks if _is_free(each)}
     found, bones = [key], set(_pose(key))
     while more := [each for each in free if each not in found and bones & free[each]]:
         found += more
@@ -96,18 +103,21 @@ def keep(obj, key):
     """A pose was kept as `key`: for the pose of the rig. What keys for others of its bones show is part of it, since
     they are off there from here on. Returns (these, notes)."""
     turns, mates, notes = _turns(obj, key), [], []
-    if turns:
+    if turns or POSES in key.id_data:  # none, too: a key of that name may have had one
         _store(key, turns)
+    if turns:
         mates = [each for each in _group(key) if each != key and each.value and not each.mute]
         mates = [each for each in mates if _places([turns, _pose(each)])[2][0, 1] > SAME]
     for other in along.group(obj) if mates else ():
-        rest, found = shape_keys.rest_positions(other.data), {}
+        found = {}
         for each in other.data.shape_keys.key_blocks if other.data.shape_keys else ():  # along, those that ours drive
             found[(each.id_data, each.path_from_id("value")) if other == obj else actions.source_of(each)] = each
         kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
         if kept is not None:
-            moves = (each.value * (shape_keys.positions(each) - rest) for each in shown if each is not None)
-            shape_keys.write_positions(other.data, kept, sum(moves, shape_keys.positions(kept)))
+            shown = [each for each in shown if each is not None]
+            shapes = KeyShapes(**key_reading.parts(other, [key_reading.slider_of(other, each) for each in shown]))
+            shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
+            shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
     if mates:
         what = f"What {wording.quoted([each.name for each in mates])} showed is part of '{key.name}'"
         notes.append(f"{what}, since they are for other poses of these bones")
@@ -138,7 +148,7 @@ def _drive(obj, more, without=()):
     rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
     used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
     for owner in (obj, *pose_key.sharing(obj)):
-        ours = [name for name in owner.keys() if name.startswith(PREFIX)]  # noqa: SIM118
+        ours = [name for name in owner.keys() if re.match(PREFIX + r" \d+: (distance|pose) ", name)]  # noqa: SIM118
         for name in [name for name in ours if name.split(":")[0] not in used]:
             owner.driver_remove(f'["{name}"]')
             del owner[name]

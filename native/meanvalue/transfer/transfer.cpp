@@ -196,8 +196,10 @@ class Transfer {
         if (!(weights.sum() > 0.0))
             throw InvalidInput("correspondence leaves no area; give each vertex its own place");
         const Flat mean = sums.colwise().sum() / weights.sum();
-        sums = scale * (sums + kLeastArea * areas_ * mean);
-        weights = scale * (weights + kLeastArea * areas_);
+        // What has no area is held against what cotangents as large as its own leave of a zero.
+        const Eigen::VectorXd least = kLeastArea * scale * areas_ + kRounding * laplacian_.diagonal().cwiseAbs();
+        sums = scale * sums + least * mean;
+        weights = scale * weights + least;
         sums = factor(SparseMatrix(weights.asDiagonal()), execution).solve(sums, execution);
         std::vector<Matrix3> maps(rest_.rows());
         for (Index v = 0; v < rest_.rows(); ++v)
