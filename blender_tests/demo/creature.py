@@ -9,7 +9,6 @@ from .quad_mesh import QuadCage, QuadMesh, subdivide
 from .tentacle import TentacleShape, add_tentacle, centre_line
 
 SKIN, SUCKER, EYE, PUPIL = range(4)
-PART_NAMES = ("Skin", "Sucker", "Eye", "Pupil")
 
 SEGMENTS = 32  # cage vertices around the body
 TENTACLES = 8
@@ -61,7 +60,7 @@ WART_SIZE_LIMIT = 0.055
 
 @dataclass(frozen=True)
 class Creature:
-    """The mesh and where things are on it. Face labels are in mesh.part (PART_NAMES) and mesh.limb."""
+    """The mesh and where things are on it. Face labels are in mesh.part (SKIN to PUPIL) and mesh.limb."""
 
     mesh: QuadMesh
     wart: np.ndarray  # (n,), 0 on plain skin to 1 on top of a wart

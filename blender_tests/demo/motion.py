@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where anchors go: rigid motions of point sets. No bpy."""
+"""Where anchors go. No bpy."""
 
 import numpy as np
 
 from native.benchmarks.rigid import rotation_about
-
-
-def turned(points, axis, angle_rad, pivot):
-    """`points` (k, 3) turned about the line through `pivot` (3,)."""
-    return (points - pivot) @ rotation_about(axis, np.degrees(angle_rad)).T + pivot
 
 
 def bent_chord(tip, root, axis, angle_rad):
@@ -17,5 +12,5 @@ def bent_chord(tip, root, axis, angle_rad):
     The chord turns by `angle_rad` about `axis`, and is shorter than the rod by sin(angle) / angle. A target at
     the full length would ask for a stretch, which swells the mesh: the encoding does not know scale.
     """
-    chord = turned(tip[None], axis, angle_rad, root)[0] - root
+    chord = rotation_about(axis, np.degrees(angle_rad)) @ (tip - root)
     return root + np.sinc(angle_rad / np.pi) * chord

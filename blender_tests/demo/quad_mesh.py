@@ -24,15 +24,6 @@ class QuadMesh:
     limb: np.ndarray
     along: np.ndarray
 
-    def triangles(self):
-        """The quads cut along their shorter diagonal: (2m, 3) int32."""
-        a, b, c, d = (self.vertices[self.quads[:, k]] for k in range(4))
-        first_is_shorter = np.linalg.norm(a - c, axis=1) <= np.linalg.norm(b - d, axis=1)
-        along_ac = self.quads[:, [[0, 1, 2], [0, 2, 3]]]
-        along_bd = self.quads[:, [[0, 1, 3], [1, 2, 3]]]
-        chosen = np.where(first_is_shorter[:, None, None], along_ac, along_bd)
-        return np.ascontiguousarray(chosen.reshape(-1, 3), dtype=np.int32)
-
     def vertex_normals(self):
         """Area-weighted unit normals, (n, 3)."""
         corner = self.vertices[self.quads]
@@ -109,13 +100,9 @@ class QuadCage:
         return quad_index
 
     def mesh(self):
-        """The cage as a QuadMesh, without vertices that no quad uses.
-
-        @throws ValueError when it is not closed and consistently oriented.
-        """
+        """The cage as a QuadMesh, without vertices that no quad uses."""
         used, quads = np.unique(np.array(self.quads), return_inverse=True)
         quads = quads.reshape(-1, 4).astype(np.int32)
-        check_closed(quads)
         return QuadMesh(
             vertices=np.array(self.vertices)[used],
             quads=quads,
@@ -123,17 +110,6 @@ class QuadCage:
             limb=np.array(self.limb, dtype=np.int32),
             along=np.array(self.along)[used],
         )
-
-
-def check_closed(quads):
-    """@throws ValueError unless each directed edge occurs once, and its opposite once."""
-    start, end = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
-    stride = int(quads.max()) + 1
-    forward, backward = np.sort(start * stride + end), np.sort(end * stride + start)
-    if np.any(np.diff(forward) == 0):
-        raise ValueError(f"{np.sum(np.diff(forward) == 0)} directed edges occur twice: the faces disagree on a side")
-    if not np.array_equal(forward, backward):
-        raise ValueError(f"{len(np.setdiff1d(forward, backward))} edges have one face only: the mesh is open")
 
 
 def subdivide(mesh):

@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from demo import arguments, built_in, common_options, game_figure, pose, ready, report, stage, user_file
+from demo.character import run as character_run
 from demo.errors import DemoError
 from demo.example import run as example_run
 from demo.face import run as face_run
@@ -39,6 +40,7 @@ SPECIAL = {
     "joints": joints_run,
     "lift": lift_run,
     "mirror": mirror_run,
+    "character": character_run,
 }
 
 

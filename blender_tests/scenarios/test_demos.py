@@ -10,6 +10,7 @@ from support import meshes, steps
 
 from addon.capture.core import marker_sets
 from blender_tests.demo import arguments, built_in, game_figure, pictures, pose, ready, row, user_file
+from blender_tests.demo.character import run as character
 from blender_tests.demo.example import run as example
 from blender_tests.demo.joints import run as joints
 from blender_tests.demo.mirror import run as mirror
@@ -182,6 +183,20 @@ def test_bones_are_more_rigid_at_joints():
     figure = make()
     everywhere, at_joints = joints.both(figure, joints.add_body(figure)[0], moves)
     assert joints.off_rest(figure, at_joints) < 0.75 * joints.off_rest(figure, everywhere)
+
+
+@pytest.mark.slow
+def test_what_a_character_wears_goes_along_whole():
+    body, worn = character.dressed(figures.walker(spacing=0.026))
+    character.drag(body)
+    assert {line.object for line in body.meanvalue.along if line.is_taken} == {*worn}
+    below, skin, cloth = character.measured(body, worn)
+    assert below < 0.003 and cloth < 1.1 * skin
+    moved = []
+    for obj in (body, bpy.data.objects["Shirt"]):
+        rest, posed = pose.positions(obj), pose.positions(obj, pose.result_key(obj))
+        moved.append((posed - rest)[np.abs(rest[:, 0] - 0.63) < 0.03].mean(axis=0))
+    assert np.linalg.norm(moved[0]) > 0.3 and np.abs(moved[0] - moved[1]).max() < 0.02, "the hand is in its sleeve"
 
 
 # -- mirror ------------------------------------------------------------------------------------------------------------

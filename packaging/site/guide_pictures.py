@@ -26,6 +26,7 @@ PICTURES = {
 DEMOS = {
     "octopus.jpg": ("", "octopus_before_after.png", 1400),
     "game_character.jpg": ("", "game_figure_before_after.png", 1200),
+    "character.jpg": ("character", "character.png", 1000),
     "octopus_lift.webp": ("lift", "octopus_lift.webp", None),
     "corrective.jpg": ("rig", "rig_walker.png", 1500),
     "own_rig.jpg": ("example", "example_walker.png", 1200),

@@ -30,14 +30,8 @@ def walker(spacing=0.0125):
     body = figure_body.body(spacing=spacing)
     joints, _ = walking_figure.upright(1, body.legs)
     at = {name: place[0] for name, place in joints.items()}
-    ends = {
-        "pelvis": "chest",
-        "chest": "neck",
-        "upper_arm": "elbow",
-        "forearm": "wrist",
-        "thigh": "knee",
-        "shank": "ankle",
-    }
+    ends = {"pelvis": "chest", "chest": "neck"}
+    ends |= {"upper_arm": "elbow", "forearm": "wrist", "thigh": "knee", "shank": "ankle"}
     heads = {"upper_arm": "shoulder", "forearm": "elbow", "thigh": "hip", "shank": "knee", "foot": "ankle"}
     parents = {"chest": "pelvis", "head": "chest", "upper_arm": "chest", "forearm": "upper_arm", "thigh": "pelvis"}
     parents |= {"shank": "thigh", "foot": "shank", "toe": "foot"}

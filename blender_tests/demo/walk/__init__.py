@@ -2,5 +2,5 @@
 """`./dev demo walk`: motion capture from the file to the film strip, by the add-on's operators.
 
 subjects (what is captured and who is to move) -> capture (import, match, bake) -> measures, strip -> run (report).
-The figure, its motions and its C3D files are generated; real captures and bodies only with --data.
+The figure, its motions and its C3D files are generated.
 """

@@ -63,10 +63,8 @@ def rows(subject, carried):
             )
     words = f"vertices at most {mm(roughness(carried.shapes).max())}"
     result.append(("second differences", f"{words}, targets {mm(np.nanmax(roughness(carried.targets)))}"))
-    if subject.planted:
-        moved = slide(carried.shapes, subject.planted)
-        result.append(("slide of standing soles", share(moved, height)))
-        result.append(("  off the floor", mm(hover(carried.shapes, subject.vertices, subject.planted))))
+    result.append(("slide of standing soles", share(slide(carried.shapes, subject.planted), height)))
+    result.append(("  off the floor", mm(hover(carried.shapes, subject.vertices, subject.planted))))
     return result
 
 

@@ -4,7 +4,7 @@
 import time
 
 from .. import pictures, report, row
-from . import capture, gait, measures, real, strip, subjects
+from . import capture, gait, measures, strip, subjects
 
 EVERY = 5  # samples from one frame of the close look to the next
 PER_ROW = 12
@@ -18,26 +18,12 @@ DESCRIPTION = """\
 Motion capture without a skeleton, from the file to the picture: a generated figure is moved by a generated C3D file
 of 41 markers with gaps and noise. Import, match and bake by the add-on's operators, then film strips, the .blend and
 a report."""
-OPTIONS = {
-    "subjects": subjects.GENERATED,
-    "only": "just one of the three motions",
-    "flags": {"--data": "also real captures on real bodies, from ../shared/data where that is there"},
-}
+OPTIONS = {"subjects": subjects.GENERATED, "only": "just one of the three motions"}
 
 
 def blocks(words, empty_scene):
     """The report's lines for each subject; makes the files."""
-    makers = [make for name, make in subjects.GENERATED.items() if words.only in (None, name)]
-    result = [one(make, words, empty_scene) for make in makers]
-    if words.data:
-        for title, make in real.MAKERS.items():
-            missing = real.missing(title)
-            if missing:
-                print(f"{title}: skipped, there is no {missing}", flush=True)
-                result.append([title, f"  skipped: there is no {missing}", ""])
-            else:
-                result.append(one(make, words, empty_scene))
-    return result
+    return [one(make, words, empty_scene) for name, make in subjects.GENERATED.items() if words.only in (None, name)]
 
 
 def one(make, words, empty_scene):
