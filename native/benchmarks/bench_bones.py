@@ -61,6 +61,7 @@ def planted(bones=20, count=40):
         for j in range(bones):
             head = np.array([0.0, 0.0, 2.0 * j])
             own = rigid.rotation_about(axes[j], 25 * np.sin(0.4 * frame + phases[j]))
+            own = own @ rigid.rotation_about(axes[j - 1], 15 * np.cos(0.7 * frame + phases[j]))
             turn, shift = turn @ own, turn @ (head - own @ head) + shift
             posed[bone == j] = rest[bone == j] @ turn.T + shift
         frames.append(posed)

@@ -10,7 +10,8 @@ namespace {
 constexpr Index kBones = 5, kFrames = 12;
 constexpr double kLength = 10.0;
 
-/// A tube along z and a chain of bones in it, each turned against the one below. Weights change within a short way.
+/// A tube along z and a chain of bones in it, each turned against the one below about two axes: a hinge
+/// leaves its place along the axis open. Weights change within a short way.
 struct Chain {
     Mesh mesh = capped_tube(24, 80, kLength);
     std::vector<Positions> frames;
@@ -28,9 +29,10 @@ struct Chain {
             for (Index j = 0; j < kBones; ++j) {
                 const Vector3 axis = Vector3(std::sin(1.0 + j), std::cos(2.0 * j), 0.3).normalized();
                 const Vector3 head = armature.heads.row(j);
-                const Eigen::Affine3d turn = Eigen::Translation3d(head) *
-                                             Eigen::AngleAxisd(0.6 * std::sin(0.7 * f + 2.0 * j), axis) *
-                                             Eigen::Translation3d(-head);
+                const Eigen::Affine3d turn =
+                    Eigen::Translation3d(head) * Eigen::AngleAxisd(0.6 * std::sin(0.7 * f + 2.0 * j), axis) *
+                    Eigen::AngleAxisd(0.4 * std::cos(0.9 * f + j), Vector3::UnitZ().cross(axis).normalized()) *
+                    Eigen::Translation3d(-head);
                 moved.push_back(j == 0 ? Eigen::Translation3d(0.1 * f, 0.0, 0.0) * turn : moved[j - 1] * turn);
                 armature.transforms.emplace_back(moved[j].matrix());
             }
@@ -143,7 +145,7 @@ TEST(Bones, OfAStaticClipIsOneAndExact) {
         frame = moved_by_similarity(chain.mesh.vertices, 1.0, Vector3::UnitX(), 0.5, Vector3(1e5, 0.0, 0.0));
     const BoneFit found = chain.fit({});
     EXPECT_EQ(found.weights.cols(), 1);
-    EXPECT_LT(chain.error_of(found), 2e-3);  // so far away single precision has no more
+    EXPECT_LT(found.errors.maxCoeff(), 1e-5);
 }
 
 TEST(Bones, AreCancelledAnywhere) {

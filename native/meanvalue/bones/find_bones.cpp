@@ -11,8 +11,8 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr Index kRounds = 20, kMostPasses = 16;
 constexpr std::size_t kSeedVertices = 60;
-constexpr double kMovesAlike = 1e-12;     // squared, a frame: what single precision leaves
-constexpr double kDrawnToCenter = 0.001;  // joints
+constexpr double kMovesAlike = 1e-12;    // squared, a frame: what single precision leaves
+constexpr double kDrawnToCenter = 1e-4;  // joints
 constexpr double kFarFromCenter = 0.05;
 constexpr double kNearMiddle = 0.25;   // squared: where roots are
 constexpr double kLeastShared = 1e-6;  // of all weights: below it two bones have nothing to do with each other

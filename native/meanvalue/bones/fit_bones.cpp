@@ -173,7 +173,7 @@ class BoneFitting {
         for (Index k = 0; k < static_cast<Index>(transforms.size()); ++k) {
             const Index f = k / bones, j = k % bones;
             Eigen::Matrix<double, 3, 4> moved = transforms[k].topRows<3>();
-            moved.col(3) = (moved * clip_.center.homogeneous() - clip_.center) / clip_.size;
+            moved.col(3) = (moved * clip_.center.homogeneous() - clip_.centers.row(f).transpose()) / clip_.size;
             if (!(moved.cwiseAbs().maxCoeff() < kMostGrowth))
                 throw InvalidInput(message("armature's transforms[", f, ", ", j, "] leads over ", kMostGrowth,
                                            " times the size away, or is not finite"));
@@ -192,7 +192,8 @@ class BoneFitting {
         for (Index k = 0; k < skin_.frame_count() * bones; ++k) {
             Transform transform = Transform::Identity();
             transform.topRows<3>() = skin_.motion.block<3, 4>(3 * (k / bones), 4 * (k % bones));
-            transform.topRightCorner<3, 1>() = clip_.size * transform.topRightCorner<3, 1>() + clip_.center -
+            transform.topRightCorner<3, 1>() = clip_.size * transform.topRightCorner<3, 1>() +
+                                               clip_.centers.row(k / bones).transpose() -
                                                transform.topLeftCorner<3, 3>() * clip_.center;
             fit.armature.transforms.push_back(transform);
         }
@@ -239,6 +240,7 @@ BoneClip::BoneClip(SharedPositions given, Index frame_count, Triangles given_fac
     if (frame_count < 1) throw InvalidInput("frames are none; give one or more");
     center = mean_row(*rest);
     size = std::sqrt((rest->rowwise() - center.transpose()).rowwise().squaredNorm().mean());
+    centers.setZero(frame_count, 3);
     frames.setZero(3 * frame_count, rest->rows());
 }
 
@@ -246,7 +248,8 @@ void BoneClip::set_frame(Index frame, const PositionsView& positions) {
     const std::string name = message("frames[", frame, "]");
     require_count(name.c_str(), positions.rows(), "position", rest->rows(), "vertices of rest");
     require_finite(positions, name.c_str());
-    frames.middleRows<3>(3 * frame) = ((positions.rowwise() - center.transpose()) / size).transpose().cast<float>();
+    centers.row(frame) = mean_row(positions);
+    frames.middleRows<3>(3 * frame) = ((positions.rowwise() - centers.row(frame)) / size).transpose().cast<float>();
     if (!(frames.middleRows<3>(3 * frame).cwiseAbs().maxCoeff() < kMostGrowth))
         throw InvalidInput(message(name, " is over ", kMostGrowth, " times as large as rest; give both in one unit"));
 }

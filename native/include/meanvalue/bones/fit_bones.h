@@ -30,7 +30,8 @@ struct BoneClip {
     Triangles faces;
     Vector3 center;          ///< of rest
     double size = 0.0;       ///< root mean square distance from there
-    Eigen::MatrixXf frames;  ///< 3f x n, in sizes, about the center
+    Positions centers;       ///< of the frames
+    Eigen::MatrixXf frames;  ///< 3f x n, in sizes, about their centers
 };
 
 struct BoneOptions {
