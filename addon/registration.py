@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Registers the rooms, in order, and takes all of it back."""
+"""Registers the rooms, in order, their pages of the guide and the add-on's preferences, and takes all of it back."""
 
 import importlib
+import pathlib
 
 import bpy
 
-from . import handlers, manual, properties, rooms
+from . import handlers, properties, rooms, wording
 from .scene import object_model
 from .solver import job, native_loader, session
-from .widgets import base, overlay
+from .widgets import base, overlay, panels
 
 #: Each is a folder with a room.py. Deleting the folder and the line here takes the room out.
 ROOMS = tuple(
@@ -23,8 +24,47 @@ ROOMS = tuple(
     )
 )
 
+#: The guide, put here when the add-on is packaged, and where it begins.
+FOLDER = pathlib.Path(__file__).resolve().parent / "manual"
+START = (FOLDER / "index.html").as_uri()
+
+
+def meanvalue_manual_map():
+    """Online Manual (F1) over what is ours opens its page of the guide, which comes with the add-on, in the browser."""
+    return f"{FOLDER.as_uri()}/guide/", tuple(_entries())
+
+
+def _entries():
+    """(pattern in lower case, page)"""
+    for room in ROOMS:
+        for cls in room.classes:
+            if issubclass(cls, bpy.types.Operator):
+                yield f"bpy.ops.{cls.bl_idname}*", f"{room.pages.get(cls.bl_idname, room.page)}.html"
+            elif issubclass(cls, bpy.types.PropertyGroup):
+                yield f"bpy.types.{cls.__name__.lower()}.*", f"{room.page}.html"
+        for name in room.settings:
+            yield f"bpy.types.meanvalue_pg_settings.{name}", f"{room.page}.html"
+
+
+class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blender's way
+    bl_idname = __package__
+
+    def draw(self, context):
+        box = self.layout.box()
+        box.label(text="Solver")
+        problem = native_loader.problem()
+        if problem:
+            panels.draw_wrapped(box, context, wording.sentence(problem), icon='ERROR')
+        else:
+            ready = f"Ready, version {native_loader.module().__version__}"
+            box.label(text=ready, icon='CHECKMARK')
+        row = self.layout.row()
+        row.operator("wm.url_open", text="Documentation", icon='HELP').url = START
+        row.operator("meanvalue.copy_system_info", text="Copy System Info for a Bug Report", icon='URL')
+
+
 #: But for groups of settings, see properties.py.
-CLASSES = [manual.MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
+CLASSES = [MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
 CLASSES = [each for each in CLASSES if not issubclass(each, bpy.types.PropertyGroup)]
 
 #: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.
@@ -47,12 +87,12 @@ def register():
     for room in ROOMS:
         room.register()
     overlay.register()
-    manual.register(ROOMS)
+    bpy.utils.register_manual_map(meanvalue_manual_map)
 
 
 def unregister():
     base.end_all()
-    manual.unregister()
+    bpy.utils.unregister_manual_map(meanvalue_manual_map)
     overlay.unregister()
     for room in reversed(ROOMS):
         room.unregister()

@@ -122,8 +122,8 @@ class Hooks:
 
 @dataclass(kw_only=True)
 class Room(Hooks):
-    """page: of the guide, see manual.py; pages: {operator: page} of others; modules: whose classes Blender is to know,
-    in this order; settings: {name in `object.meanvalue`: property}; of_collections: what `collection.meanvalue` is."""
+    """page: of the guide; pages: {operator: page} of others; modules: whose classes Blender is to know, in this order;
+    settings: {name in `object.meanvalue`: property}; of_collections: what `collection.meanvalue` is."""
 
     page: str
     modules: tuple[ModuleType, ...]

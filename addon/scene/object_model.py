@@ -50,13 +50,6 @@ class Kind(NamedTuple):
     written_key: Callable
 
 
-class Stamp(NamedTuple):
-    """signature: of the Kind; content: rises where the object was edited."""
-
-    signature: tuple
-    content: int
-
-
 class ObjectModel:
     """What is known of one object by one Kind of reading.
 
@@ -79,8 +72,8 @@ class ObjectModel:
     # Whether it has changed
 
     def stamp(self, obj):
-        """Another one means: the object may be another by now."""
-        return Stamp(self.kind.signature(obj), self.content)
+        """(signature of the Kind, content): another one means that the object may be another by now."""
+        return self.kind.signature(obj), self.content
 
     def told(self, obj, change):
         """Blender has evaluated the object since `change`."""
@@ -111,7 +104,7 @@ class ObjectModel:
 
     def is_usable(self, obj):
         """Whether result() is of an object that is quick to take for this one, which may have been edited since."""
-        return self.is_known and self._stamp is not None and self._stamp.signature == self.kind.signature(obj)
+        return self.is_known and self._stamp is not None and self._stamp[0] == self.kind.signature(obj)
 
     @property
     def is_known(self):

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.capture.core import cuffs, landmarks, marker_sets
+from addon.capture.core import landmarks, marker_sets, soles
 from addon.capture.core.matching import match_to_surface
 from addon.capture.core.proportions import hips_of, with_hips
 from addon.scene.surface import Surface
@@ -20,7 +20,7 @@ LEGS = [f"{bone}.{side}" for bone in ("shank", "thigh") for side in "LR"]
 
 
 def found(markers, names=NAMES):
-    return cuffs.find_cuffs(markers, REFERENCE, names, ANCHORS, SURFACE)
+    return soles.find_cuffs(markers, REFERENCE, names, ANCHORS, SURFACE)
 
 
 def places(cuff):
@@ -32,7 +32,7 @@ def places(cuff):
 def test_a_cuff_goes_around_its_limb_in_any_unit(size):
     angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     ring = size * np.stack([np.cos(angles), np.sin(angles), np.zeros(24)], axis=1)
-    assert set(cuffs.spread(ring, ring[:0], 4)) == {0, 6, 12, 18}
+    assert set(soles.spread(ring, ring[:0], 4)) == {0, 6, 12, 18}
 
 
 def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
@@ -53,7 +53,7 @@ def test_shanks_of_a_walk_get_cuffs_that_move_with_the_bone():
         along = np.einsum("fi,fi->f", thigh.centres - joints[f"hip.{side}"], axis)
         assert np.abs(along - thigh.centre[2] + rest[f"hip.{side}"][0, 2]).max() < 0.001, "0.015 by where hips are told"
         shank = [k for k, name in enumerate(NAMES) if f"shank.{side}" in landmarks.segments_of(name)]
-        away = VERTICES[[*ANCHORS[shank], *cuff.vertices]] - cuffs.ring_around(cuff.centre, UP, VERTICES, TRIANGLES)[1]
+        away = VERTICES[[*ANCHORS[shank], *cuff.vertices]] - soles.ring_around(cuff.centre, UP, VERTICES, TRIANGLES)[1]
         angles = np.sort(np.arctan2(*away[:, :2].T))
         assert np.diff(np.append(angles, angles[0] + 2.0 * np.pi)).max() < 0.6 * np.pi, "all round"
 
@@ -86,9 +86,9 @@ def test_a_segment_whose_roll_its_markers_do_not_tell_gets_none():
     still = walking_figure.markers_on(*walking_figure.upright(1, 1.0), sides=line)[0]
     walk += 0.001 * np.random.default_rng(0).standard_normal(walk.shape)
     anchors = match_to_surface(still, SURFACE).vertex
-    made, refused = cuffs.find_cuffs(walk, still, NAMES, anchors, SURFACE)
+    made, refused = soles.find_cuffs(walk, still, NAMES, anchors, SURFACE)
     assert not {"shank.L", "shank.R"} & {cuff.segment for cuff in made}
-    assert min(refused[name] for name in ("shank.L", "shank.R")) > cuffs.ROLL
+    assert min(refused[name] for name in ("shank.L", "shank.R")) > soles.ROLL
 
 
 def test_a_cuff_is_free_where_its_markers_are_away_and_nowhere_else():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addon.mixing.core import in_betweens
-from addon.mixing.core.mix_input import MixInput
+from addon.mixing.core.in_betweens import MixInput
 from addon.scene.core import motion, point_sets
 from addon.scene.core.key_shapes import Slider
 from addon.solver.job import result_of

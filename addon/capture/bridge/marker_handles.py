@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The soft handles that carry a mesh after the markers of a take, and their animated controls.
 
-One vertex for each marker, and for each cuff (core.cuffs) some around a limb, whose control turns, too.
+One vertex for each marker, and for each cuff (core.soles) some around a limb, whose control turns, too.
 """
 
 import numpy as np

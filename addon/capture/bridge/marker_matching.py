@@ -15,7 +15,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import motion, point_sets
 from ...solver.job import result_of
-from ..core import alignment, cuffs, gaps, landmarks, matching, soles
+from ..core import alignment, gaps, landmarks, matching, soles
 from ..core import body as bodies
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
@@ -47,7 +47,7 @@ class Matched:
     size: float  # bounding-box diagonal of the mesh, in its own space
     world_size: float  # the same in the world
     ramp: int  # samples over which a handle fades before and after a gap
-    cuffs: list  # core.cuffs.Cuffs, but for their turns in the object's space
+    cuffs: list  # core.soles.Cuffs, but for their turns in the object's space
     told: list  # sentences for the report, on what was found
     notes: list  # sentences on what could be better
 
@@ -250,10 +250,10 @@ def _alignment(given, markers, body):
 
 
 def _cuffs(given, markers, match, found, to_object):
-    """([core.cuffs.Cuff], sentences): places and radii are in the object's space, turns in the world."""
+    """([core.soles.Cuff], sentences): places and radii are in the object's space, turns in the world."""
     # Joints are inside, nearly in one line.
     names = markers.landmarks if given.options.use_cuffs and not given.is_skeleton else (None,) * len(markers.labels)
-    of_limbs, refused = cuffs.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
+    of_limbs, refused = soles.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
     result = []
     for cuff in (*found, *of_limbs):
@@ -266,6 +266,6 @@ def _cuffs(given, markers, match, found, to_object):
     if refused:
         told.append(
             f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
-            f"{max(refused.values()):.2g} of their distance from the axis ({cuffs.ROLL:.2g} is allowed)"
+            f"{max(refused.values()):.2g} of their distance from the axis ({soles.ROLL:.2g} is allowed)"
         )
     return result, told

@@ -15,7 +15,7 @@ from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 from ..core import in_betweens
-from ..core.mix_input import MixInput
+from ..core.in_betweens import MixInput
 
 
 def mix_names(obj):

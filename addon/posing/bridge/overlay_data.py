@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import compat
-from ...scene import kept, mesh_arrays, mirrors, object_model, rig_space, shape_keys
+from ...scene import kept, mesh_arrays, mirrors, rig_space, shape_keys
 from ...scene.core.point_sets import tinted_faces
 from ..core import bind_input, joints
 from . import members, region, scene_input, targets
@@ -20,7 +20,7 @@ from . import members, region, scene_input, targets
 class Look:
     """What was read of an object, and where that is to be seen, in object space."""
 
-    stamp: object_model.Stamp | None  # of what was read
+    stamp: tuple | None  # of the ObjectModel that was read
     #: k int32, of all enabled handles, those that are not surrounded by others; with Symmetric on both sides.
     anchors: np.ndarray
     handles: np.ndarray  # k int32, number of the enabled handle of each
@@ -67,7 +67,7 @@ def look(obj):
     stamp = scene_input.shown(obj).stamp(obj)
     known, positions = _known.get(key, NOTHING), rig_space.shown_positions(obj)
     is_usable = known is not NOTHING and len(known.positions) == len(positions)
-    is_usable = is_usable and (known.stamp.signature, known.of_joints) == (stamp.signature, obj.meanvalue.show_joints)
+    is_usable = is_usable and (known.stamp[0], known.of_joints) == (stamp[0], obj.meanvalue.show_joints)
     if not is_usable or (known.stamp != stamp and obj.mode == 'OBJECT'):  # a stroke of a brush is an edit
         known = _read(obj, stamp, positions)
     palette = tuple((*handle.color, 1.0) for handle in targets.enabled_handles(obj))
