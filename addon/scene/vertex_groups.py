@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Members of vertex groups. A vertex is a member if its weight is above zero."""
+"""Members of vertex groups, and shape keys with the groups that mask them. A member has a weight above zero."""
 
 import array
 import itertools
@@ -9,6 +9,8 @@ import numpy as np
 from .. import ids
 from ..errors import SceneError
 from . import kept, shape_keys
+from .core.key_shapes import Slider
+from .core.point_sets import require_finite
 
 #: Weights that the add-on writes have this many steps, as many as Blender has colors for painted ones.
 WEIGHT_STEPS = 255
@@ -107,3 +109,23 @@ def replace_weights(obj, group, weights):
             group.add(members.tolist(), level / WEIGHT_STEPS, 'REPLACE')
     _known(obj)[group.name, group.index] = numbers, (levels[numbers] / WEIGHT_STEPS).astype(np.float32)
     obj.data.update_tag()
+
+
+def slider_of(obj, key):
+    """The Slider of a shape key of `obj`. A vertex group that is gone masks nothing, as in Blender."""
+    group = key.vertex_group if key.vertex_group in obj.vertex_groups else ""
+    return Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group)
+
+
+def key_parts(obj, sliders):
+    """The arguments of the KeyShapes of `sliders`. @throws SceneError."""
+    rest = shape_keys.rest_positions(obj.data)
+    require_finite(rest, "rest shape")
+    points = {name: shape_keys.checked(obj, name) for each in sliders for name in (each.name, each.relative)}
+    masks = weights(obj, {each.group for each in sliders})
+    return {"sliders": tuple(sliders), "rest": rest, "points": points, "masks": masks}
+
+
+def key_shapes(found):
+    """As of a Kind of reading, for what has the rest shape and points of a KeyShapes."""
+    return [("", found.rest), *found.points.items()]

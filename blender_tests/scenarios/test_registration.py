@@ -158,7 +158,7 @@ def test_a_legacy_copy_has_no_manifest():
 )
 def test_f1_opens_a_page_of_the_guide_that_is_there(asked):
     url = bpy.types.WM_OT_doc_view_manual._lookup_rna_url(f"bpy.{asked}")
-    for each in (url, installed.part("manual").START):
+    for each in (url, installed.part("registration").START):
         page = pathlib.Path(urllib.request.url2pathname(urllib.parse.urlparse(each).path))
         assert page.is_relative_to(installed.folder()) and "<h1" in page.read_text()
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import actions, kept, key_marks, key_reading, mesh_arrays, mirrors, object_model, shape_keys, subject
+from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, object_model, shape_keys, subject, vertex_groups
 from ...scene.baked import names_in
 from ...scene.core import motion, welding
 from ...scene.core.key_shapes import KeyShapes
@@ -114,7 +114,7 @@ def why_hidden(obj):
 def gather(obj):
     """The MixInput of `obj`. @throws SceneError."""
     require_none(problem(obj))
-    parts, faces = key_reading.parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
+    parts, faces = vertex_groups.key_parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
     rest, shapes = parts["rest"], parts["points"]
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
     copies = welding.together(kept.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
@@ -124,13 +124,13 @@ def gather(obj):
 
 
 def _sliders(obj):
-    return [key_reading.slider_of(obj, key) for key in mixed(obj)]
+    return [vertex_groups.slider_of(obj, key) for key in mixed(obj)]
 
 
 READING = object_model.Kind(
     lambda obj: (len(obj.data.vertices), _sliders(obj), kept.seam_settings(obj), mirrors.signature(obj)),
     gather,
-    key_reading.shapes,
+    vertex_groups.key_shapes,
     lambda obj: key_marks.only(obj.data.shape_keys, Role.MIX),
 )
 
@@ -170,7 +170,7 @@ def shape_of(source, obj):
         raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")
     keys = keys.key_blocks[1:] if keys is not None and keys.use_relative else ()
     keys = [key for key in keys if key.value and not key.mute]
-    shapes = KeyShapes(**key_reading.parts(source, [key_reading.slider_of(source, key) for key in keys]))
+    shapes = KeyShapes(**vertex_groups.key_parts(source, [vertex_groups.slider_of(source, key) for key in keys]))
     shape = shapes.mixed([key.value for key in keys])
     require_finite(shape, f"shape of '{source.name}'")
     shape = shape.astype(np.float32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shapes that are mixed (MixInput); and those that stand for a mix, each with a polynomial of the sliders as weight.
+"""The shapes that are mixed (MixInput), and those that stand for a mix, each with a polynomial of sliders as weight.
 
 Each is what the mix lacks at the place of its polynomial beside all lower ones, so the mix is met at all these places
 (a sparse grid: Chkifa, Cohen, Schwab 2014). What lacks most comes first, until settings that have no say are met.

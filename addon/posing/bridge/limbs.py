@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids, wording
-from ...scene import kept, key_marks, key_reading, shape_keys, vertex_groups
+from ...scene import kept, key_marks, shape_keys, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ..core import joints, reach, segments
@@ -149,7 +149,7 @@ def _at_poses(obj, rest, corners, starts):
     keys = _kept_keys(obj)
     if len(keys) < LEAST_POSES:
         return {"bends": f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"}
-    shapes = KeyShapes(**key_reading.parts(obj, examples.sliders(keys))).with_effect()
+    shapes = KeyShapes(**vertex_groups.key_parts(obj, examples.sliders(keys))).with_effect()
     inputs = rest, *shapes.points.values()
     found = kept.of(obj.data, "limbs", lambda: joints.by_poses(rest, corners, starts, shapes.shapes()), *inputs)
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:

@@ -16,7 +16,7 @@ from mathutils import Quaternion, Vector
 
 from ... import wording
 from ...errors import SceneError
-from ...scene import actions, along, key_marks, key_reading, pose_key, rig_space, shape_keys, subject, vertex_groups
+from ...scene import actions, along, key_marks, pose_key, rig_space, shape_keys, subject, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...widgets.base import MeshOperator
@@ -115,7 +115,7 @@ def keep(obj, key):
         kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
         if kept is not None:
             shown = [each for each in shown if each is not None]
-            shapes = KeyShapes(**key_reading.parts(other, [key_reading.slider_of(other, each) for each in shown]))
+            shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, key) for key in shown]))
             shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
             shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
     if mates:

@@ -11,7 +11,7 @@ from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...posing.bridge import scene_input, targets
 from ...posing.live.follower import Follower
-from ...scene import actions, key_marks, key_reading, mesh_arrays, object_model, pose_key, shape_keys
+from ...scene import actions, key_marks, mesh_arrays, object_model, pose_key, shape_keys, vertex_groups
 from ...scene.core import welding
 from ...scene.key_marks import Role
 from ...solver import session
@@ -124,7 +124,7 @@ OUT_OF_REACH = 0.01
 READING = object_model.Kind(
     lambda obj: (scene_input.signature(obj), len(obj.data.vertices), key_shapes.sorted_out(obj)),
     lambda obj: DriveInput(scene_input.read(obj, to_bind=False), key_shapes.gather(obj)),
-    lambda found: key_reading.shapes(found.shapes),
+    lambda found: vertex_groups.key_shapes(found.shapes),
     lambda _obj: "",
 )
 

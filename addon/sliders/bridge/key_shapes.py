@@ -5,7 +5,7 @@ import numpy as np
 
 from ... import compat, wording
 from ...errors import SceneError, require_none
-from ...scene import actions, key_reading, shape_keys
+from ...scene import actions, shape_keys, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...solver import native_loader, session
 
@@ -27,7 +27,7 @@ def sorted_out(obj):
         is_driven = actions.driver_of(key)
         why = "muted" if key.mute else "locked" if compat.is_locked(key) else "moved by a driver" if is_driven else None
         if why is None:
-            sliders.append(key_reading.slider_of(obj, key))
+            sliders.append(vertex_groups.slider_of(obj, key))
         else:
             left_alone.append((key.name, why))
     return sliders, left_alone
@@ -61,7 +61,7 @@ def gather(obj):
     """The KeyShapes of `obj`. @throws SceneError if no key has any effect."""
     require_none(problem(obj))
     sliders, left_alone = sorted_out(obj)
-    found = KeyShapes(**key_reading.parts(obj, sliders), left_alone=tuple(left_alone)).with_effect()
+    found = KeyShapes(**vertex_groups.key_parts(obj, sliders), left_alone=tuple(left_alone)).with_effect()
     if not found.sliders:
         raise SceneError(_none_to_drive(obj, found.left_alone))
     return found
