@@ -125,6 +125,20 @@ def drive(owner, sources, expression, path="value"):
     driver.expression = expression
 
 
+def copy_driver(former, key, own):
+    """Drives a shape key as another is driven, or not. own: {datablock: what is read in its place, if it has that}."""
+    curve, keys = driver_of(former), key.id_data
+    key.driver_remove("value")
+    if not curve:
+        return
+    copy = (keys.animation_data or keys.animation_data_create()).drivers.from_existing(src_driver=curve)
+    copy.data_path = key.path_from_id("value")
+    for target in (each for variable in copy.driver.variables for each in variable.targets):
+        with contextlib.suppress(ValueError):
+            if target.id in own and (not target.data_path or own[target.id].path_resolve(target.data_path, False)):
+                target.id = own[target.id]
+
+
 def own_action(id_block):
     """The action of a datablock, one of this file that no other uses; made if there is none. @throws SceneError."""
     _require_own(id_block)

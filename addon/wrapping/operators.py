@@ -86,15 +86,26 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     bl_label = "Wrap Mesh"
     doing = "Wrapping"
     problems = (wrap_scene.target_problem, wrap_scene.pairs_problem)
+    switch = "carry"
+
+    carry: bpy.props.BoolProperty(
+        name="Carry Shape Keys",
+        description="Give the mesh the shape keys of the other one, in its own proportions, as the last Wrap has it",
+        options={'SKIP_SAVE'},
+    )
 
     def prepare(self, obj):
-        return wrap_scene.Wrapping(obj, wrap_scene.target_of(obj))
+        return (wrap_scene.Carrying if self.carry else wrap_scene.Wrapping)(obj, wrap_scene.target_of(obj))
 
     def job_progress(self):
-        return "fitting", self._prepared.share
+        return super().job_progress() if self.carry else ("fitting", self._prepared.share)
 
-    def finish(self, obj, prepared, wrapped):
+    def finish(self, obj, prepared, found):
         target = bpy.data.objects[prepared.target_name]
+        message, notes = (self._carried if self.carry else self._wrapped)(obj, target, prepared, found)
+        return message, [*notes, *subject.sharing_notes(obj)]
+
+    def _wrapped(self, obj, target, prepared, wrapped):
         size = prepared.given.diagonal
         name, left_over = wrap_scene.write(obj, target, wrapped, prepared.whole, LEFT_OVER * size)
         distance = wrapped.distance[prepared.given.used] / size
@@ -106,5 +117,13 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
             flipped = wording.counted(wrapped.flipped, "triangle is", "triangles are")
             notes.append(f"{flipped} turned over. Pick pairs where they crowd")
         off = f"{distance.mean():.3%} of its size off on average, {distance.max():.2%} at most"
-        message = f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {off}"
-        return message, [*notes, *subject.sharing_notes(obj)]
+        return f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {off}", notes
+
+    def _carried(self, obj, source, prepared, offsets):
+        wrap_scene.write_carried(obj, source, offsets)
+        still, notes = [each.name for each in prepared.sliders if each.name not in offsets], []
+        if still:
+            notes.append(f"Left out, as nothing moves here: {wording.quoted(still, limit=12)}")
+        if prepared.left:
+            notes.append(f"Here already: {wording.quoted(prepared.left, limit=12)}. Turn on Replace to write them")
+        return f"{wording.counted(len(offsets), 'shape key')} of '{source.name}' carried onto '{obj.name}'", notes

@@ -5,6 +5,7 @@ import bpy
 
 from ..scene import subject
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button
+from .bridge import wrap_scene
 from .operators import MEANVALUE_OT_pick_wrap_pairs, MEANVALUE_OT_wrap
 
 
@@ -23,3 +24,8 @@ class MEANVALUE_PT_wrap(PanelPart, bpy.types.Panel):
             row.operator(MEANVALUE_OT_pick_wrap_pairs.bl_idname, text="", icon='X').clear = True
             layout.label(text=f"Pairs picked: {len(settings.pairs)}")
         draw_main_button(layout, MEANVALUE_OT_wrap, 'MOD_SHRINKWRAP')
+        if wrap_scene.is_wrapped(settings.id_data):
+            column = column_of_settings(layout)
+            column.prop(settings, "keys")
+            column.prop(settings, "replace")
+            layout.operator(MEANVALUE_OT_wrap.bl_idname, text="Carry Shape Keys", icon='SHAPEKEY_DATA').carry = True

@@ -25,8 +25,13 @@ class MEANVALUE_PG_wrap(bpy.types.PropertyGroup):
         type=bpy.types.Object,
         poll=lambda group, candidate: candidate.type == 'MESH' and candidate != group.id_data,
     )
+    keys: StringProperty(
+        name="Keys", description="Which shape keys of the other mesh to carry: names, or jaw*, eye*. If empty: all"
+    )
+    replace: bpy.props.BoolProperty(
+        name="Replace", description="Write over shape keys of the same name that are here already"
+    )
     pairs: CollectionProperty(type=MEANVALUE_PG_wrap_pair)
-    made: StringProperty(options={'HIDDEN'})  # the shape key of the last wrap, in files of before it had a mark
 
 
 SETTINGS = {"wrap": aside(PointerProperty)(type=MEANVALUE_PG_wrap)}

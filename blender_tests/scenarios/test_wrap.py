@@ -99,9 +99,6 @@ def test_again_it_writes_the_same_key_whatever_that_is_called_unless_it_was_edit
     assert {key.name: key.value for key in keys[1:]} == {"Mine": 0.0, "Egg": 0.0, "Egg.001": 1.0}
     np.testing.assert_array_equal(key_points(keys["Mine"]), edited)
     np.testing.assert_array_equal(key_points(keys["Egg.001"]), first)
-    keys["Egg.001"].slider_min, obj.meanvalue.wrap.made = 0.0, "Gone"  # as in older files, where it was renamed
-    bpy.ops.meanvalue.wrap()
-    assert "Egg.002" in obj.data.shape_keys.key_blocks
 
 
 @pytest.mark.slow
@@ -124,16 +121,6 @@ def test_a_mirrored_target_and_its_modifiers_count(two):
         assert (other.matrix_world @ place - Vector(point)).length < 0.01
 
 
-def test_without_pairs_where_both_lie_over_each_other():
-    other = ball("Egg", 14, 20, (1.0, 1.1, 1.2))
-    obj = ball("Ball", 20, 28)
-    bpy.context.view_layer.update()
-    other.select_set(True)
-    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
-    radius = np.linalg.norm(key_points(obj.data.shape_keys.key_blocks["Egg"]) / (1.0, 1.1, 1.2), axis=1)
-    assert abs(radius - 1.0).mean() < 0.012
-
-
 def test_what_is_left_over_is_in_a_group():
     """A ball with a long spike onto a ball without."""
     other = ball("Plain", 14, 20)
@@ -150,9 +137,7 @@ def test_what_is_left_over_is_in_a_group():
 @pytest.mark.parametrize(
     "spoil, words",
     [
-        (lambda obj, other: bpy.ops.meanvalue.pick_wrap_pairs(clear=True), "do not lie over each other"),
         (lambda obj, other: setattr(obj.meanvalue.wrap, "target", None), "0 other meshes are selected"),
-        (lambda obj, other: other.data.clear_geometry(), "no faces"),
         (lambda obj, other: setattr(other.data.vertices[7], "co", (float("nan"), 0, 0)), "no numbers"),
         (lambda obj, other: setattr(obj, "scale", (0, 0, 0)) or bpy.context.view_layer.update(), "scaled to nothing"),
     ],
@@ -175,3 +160,30 @@ def test_pairs_are_checked_as_they_are_picked(two):
     with pytest.raises(RuntimeError, match="none of the"):
         bpy.ops.meanvalue.pick_wrap_pairs(vertex=10**6)
     assert len(obj.meanvalue.wrap.pairs) == 1
+
+
+def test_keys_are_carried_in_the_mesh_s_own_proportions_with_what_is_set_on_them(two):
+    obj, other = two
+    steps.add_group(other, "Top", [vertex.index for vertex in other.data.vertices if vertex.co.z > 0.0])
+    factors = {"Basis": (1, 1, 1), "Wide": (1.3, 1, 1), "Tall": (1, 1, 1.4), "More": (1, 1.2, 1.4), "Still": (1, 1, 1)}
+    for name in factors:
+        for point in other.shape_key_add(name=name).data:
+            point.co *= Vector(factors[name])
+    theirs = other.data.shape_keys
+    theirs.key_blocks["Tall"].vertex_group, theirs.key_blocks["Tall"].mute = "Top", True
+    theirs.key_blocks["More"].relative_key, theirs.key_blocks["More"].slider_max = theirs.key_blocks["Tall"], 2.0
+    driver = theirs.key_blocks["Wide"].driver_add("value").driver
+    target = driver.variables.new().targets[0]
+    target.id_type, target.id, target.data_path = 'KEY', theirs, 'key_blocks["More"].value'
+    pick(obj, other)
+    bpy.ops.meanvalue.wrap()
+    assert bpy.ops.meanvalue.wrap(carry=True) == {'FINISHED'}
+    keys = obj.data.shape_keys
+    assert keys.key_blocks.keys() == ["Basis", "Egg", "Wide", "Tall", "More"] and keys.key_blocks["Egg"].value == 0.0
+    for name, *size in (("Wide", 2.6, 2, 2), ("Tall", 2, 2, 2.4), ("More", 2, 2.4, 2.4)):  # the other has half the size
+        np.testing.assert_allclose(np.ptp(key_points(keys.key_blocks[name]), axis=0), size, atol=0.12)
+    assert keys.key_blocks["Tall"].mute and keys.key_blocks["More"].relative_key.name == "Tall"
+    assert keys.animation_data.drivers[0].driver.variables[0].targets[0].id == keys
+    with steps.refused("all are here already"):
+        obj.meanvalue.wrap.keys = "W*, M*"
+        bpy.ops.meanvalue.wrap(carry=True)

@@ -1,37 +1,46 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From two objects and picked pairs to a WrapInput in the world, and back to a shape key of the first. The overlay
-shows a line from each picked vertex to its place on the other object."""
+"""From two objects and picked pairs to a WrapInput in the world, and back to a shape key of the first; and by that, to
+shape keys of the other on the first. The overlay shows a line from each picked vertex to its place on the other."""
+
+import dataclasses
+import fnmatch
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
 from ... import ids, wording
-from ...errors import SceneError, require_none
-from ...scene import kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups, views
-from ...scene.core import motion, welding, whole_mesh
+from ...errors import ChangedMeanwhileError, SceneError, require_none
+from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups
+from ...scene.core import motion, point_sets, welding, whole_mesh
+from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
+from ...scene.surface import Surface
+from ...scene.views import COLORS
+from ...solver import native_loader, session
 from ...solver.core.fingerprint import digest
 from ...widgets.overlay import NOTHING, Lines, draw_lines
 from ..core.wrap_input import LEAST_PAIRS, WrapInput
-from .wrapping import Wrap
+from .wrapping import COSINE, Wrap
 
 
-class Wrapping(Wrap):
-    """In place of a Posing for widgets/background.py. whole: what of the mesh is fitted. @throws SceneError."""
+class OfTwo:
+    """In place of a Posing for widgets/background.py. target_name: of the other object; arrays: all that was read."""
+
+    def require_unchanged(self, obj):
+        """@throws ChangedMeanwhileError if one of both meshes is another by now."""
+        target = bpy.data.objects.get(self.target_name)
+        if target is None or digest(*type(self)(obj, target).arrays) != digest(*self.arrays):
+            raise ChangedMeanwhileError(obj.name)
+
+
+class Wrapping(OfTwo, Wrap):
+    """whole: what of the mesh is fitted. @throws SceneError."""
 
     def __init__(self, obj, target):
         given, self.whole = gather(obj, target)
         super().__init__(given)
-        self.target_name = target.name
-
-    def require_unchanged(self, obj):
-        """@throws SceneError if one of both meshes is another by now."""
-        target = bpy.data.objects.get(self.target_name)
-        if target is None or _key(gather(obj, target)[0]) != _key(self.given):
-            raise SceneError(
-                f"'{obj.name}' or '{self.target_name}' was changed meanwhile, so the result is dropped. Try again"
-            )
+        self.target_name, self.arrays = target.name, [getattr(given, each.name) for each in dataclasses.fields(given)]
 
 
 def target_problem(obj):
@@ -71,7 +80,6 @@ def gather(obj, target):
     shape of `obj`, `target` as it is shown. @throws SceneError."""
     _require_ready(obj, target)
     to_world = subject.to_world(obj)
-    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
     evaluated = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     try:
@@ -79,21 +87,28 @@ def gather(obj, target):
     finally:
         evaluated.to_mesh_clear()
     pairs = obj.meanvalue.wrap.pairs
-    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
+    whole, own_triangles = whole_of(obj)
     picked, points = np.array([pair.vertex for pair in pairs], np.int32), np.array([pair.place for pair in pairs])
-    if picked.max(initial=0) < len(rest):  # check() tells of others
+    if picked.max(initial=0) < len(obj.data.vertices):  # check() tells of others
         to_own = np.linalg.inv(to_world) @ subject.to_world(target)
         picked, points = whole.pairs(picked, motion.apply(to_own, points.reshape(-1, 3)))
     given = WrapInput(
         vertices=motion.apply(to_world, whole.rest),
-        triangles=_outwards(whole.triangles(mesh_arrays.triangles(obj.data, rest)), to_world),
+        triangles=_outwards(own_triangles, to_world),
         target=motion.apply(subject.to_world(target), shape),
         target_triangles=_outwards(triangles, subject.to_world(target)),
         picked=picked,
         points=motion.apply(to_world, points.reshape(-1, 3)),
     )
     return given, whole
+
+
+def whole_of(obj):
+    """(the rest shape as scene/core/whole_mesh.py has it, its triangles). @throws SceneError."""
+    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
+    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
+    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
+    return whole, whole.triangles(mesh_arrays.triangles(obj.data, rest))
 
 
 def write(obj, target, wrapped, whole, tolerance):
@@ -109,7 +124,6 @@ def write(obj, target, wrapped, whole, tolerance):
     key_marks.claim(key)
     shape_keys.write_positions(obj.data, key, shape)
     shape_keys.show_fully(obj.data.shape_keys, key)
-    obj.meanvalue.wrap.made = ""
     left_over = wrapped.distance[whole.places] > tolerance
     group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
     if group is None and left_over.any():
@@ -123,23 +137,99 @@ def _last(obj):
     """The shape key of the last wrap, or None."""
     keys, mark = obj.data.shape_keys, key_marks.mark(Role.WRAP)
     key = key_marks.only(keys, Role.WRAP)
-    if key is None and keys is not None and obj.meanvalue.wrap.made:  # of before such keys had marks
-        key = keys.key_blocks.get(obj.meanvalue.wrap.made)
-        is_of_wrap = key is not None and key != keys.reference_key and key_marks.role(key) is None
-        return key if is_of_wrap else None
     if key is None or shape_keys.is_as_written(key, Role.WRAP, mark):
         return key
     key.slider_min, key.value = 0.0, 0.0
     return None
 
 
-def _key(given):
-    return digest(given.vertices, given.triangles, given.target, given.target_triangles, given.picked, given.points)
-
-
 def _outwards(triangles, to_world):
     """The triangles as a mirroring matrix leaves them."""
     return triangles if np.linalg.det(to_world[:3, :3]) > 0.0 else np.ascontiguousarray(triangles[:, ::-1])
+
+
+#: Of the mesh's size: how far the wrapped shape may be from the other mesh on average; what moves less is still.
+AWAY, STILL = 0.02, 1e-5
+
+REFUSED = "Shape keys cannot be carried: {}"
+
+
+def is_wrapped(obj):
+    return key_marks.only(obj.data.shape_keys, Role.WRAP) is not None
+
+
+class Carrying(OfTwo):
+    """sliders: those of `source` that `obj` gets; left: names of those that it has."""
+
+    def __init__(self, obj, source):
+        """@throws SceneError."""
+        if not is_wrapped(obj):
+            raise SceneError("It is not known which place is which. Press Wrap Mesh first")
+        self.target_name, (self._whole, triangles) = source.name, whole_of(obj)
+        theirs, faces = whole_of(source)
+        self.sliders, self.left = _chosen(obj, source)
+        to_own = np.linalg.inv(subject.to_world(obj)) @ subject.to_world(source)
+        wrapped = self._whole.start(shape_keys.positions(key_marks.only(obj.data.shape_keys, Role.WRAP)))
+        surface = Surface(motion.apply(to_own, theirs.start(rig_space.shown_positions(source))), faces)
+        face, shares, _, away = surface.nearest(wrapped, Surface(wrapped, triangles).normals(), COSINE)
+        lost = ~np.isfinite(away)
+        face[lost], shares[lost], _, away[lost] = surface.nearest(wrapped[lost])
+        if away.mean() > AWAY * point_sets.bounding_box_diagonal(surface.vertices):
+            raise SceneError(f"'{source.name}' is not as it was at the last Wrap. Press Wrap Mesh again")
+        shapes = KeyShapes(**vertex_groups.key_parts(source, self.sliders)).shapes()
+        shapes = np.array([motion.apply(to_own, theirs.start(shape)) for shape in shapes])
+        self._given = motion.apply(to_own, theirs.rest), shapes, faces, self._whole.rest, triangles, (face, shares)
+        self.arrays = *self._given[:-1], face, shares
+
+    def work(self, execution):
+        """Steps (see solver/job.py) to {name: n x 3 float64 offset} of what moves. @throws SolverError."""
+        start = native_loader.module().start_transfer
+        shapes = yield from session.steps(start, *self._given, execution=execution, refused=REFUSED)
+        rest = self._whole.cut_back(self._whole.rest)
+        found, still = zip(self.sliders, shapes, strict=True), STILL * point_sets.bounding_box_diagonal(rest)
+        moves = {slider.name: self._whole.cut_back(shape) - rest for slider, shape in found}
+        return {name: move for name, move in moves.items() if np.abs(move).max(initial=0.0) > still}
+
+
+def _chosen(obj, source):
+    """As of Carrying. What masks a key there, and is not here, is part of its shape. @throws SceneError."""
+    if source.data.shape_keys is None:
+        raise SceneError(f"'{source.name}' has no shape keys to carry")
+    wanted, keys = obj.meanvalue.wrap.keys or "*", source.data.shape_keys.key_blocks
+    names = [key.name for key in keys if any(fnmatch.fnmatchcase(key.name, each.strip()) for each in wanted.split(","))]
+    names = [name for name in names if name not in _not_carried(source)]
+    held = _not_carried(obj) if obj.meanvalue.wrap.replace else set(obj.data.shape_keys.key_blocks.keys())
+    found = [vertex_groups.slider_of(source, keys[name]) for name in names if name not in held]
+    if not found:
+        why = "here already. Turn on Replace" if names else f"called '{wanted}'. Choose others in Keys"
+        raise SceneError(f"No shape key of '{source.name}' is carried: {'all are' if names else 'none is'} {why}")
+    found = [dataclasses.replace(each, group="" if each.group in obj.vertex_groups else each.group) for each in found]
+    return found, [name for name in names if name in held]
+
+
+def _not_carried(obj):
+    """Names of the reference key, and of those that the add-on writes."""
+    keys = obj.data.shape_keys
+    wrapped = [key.name for key in key_marks.of_role(keys, Role.WRAP)]
+    return {keys.reference_key.name, *shape_keys.made_names(obj), *wrapped}
+
+
+def write_carried(obj, source, offsets):
+    """The keys of Carrying.work(), as they are on `source`. The wrapped shape does not show any more."""
+    keys, theirs = obj.data.shape_keys, source.data.shape_keys
+    made = {}
+    for name, offset in offsets.items():
+        former, key = theirs.key_blocks[name], keys.key_blocks.get(name) or shape_keys.add_shape(obj, name, None)
+        made[name], key.relative_key = key, made.get(former.relative_key.name, keys.reference_key)
+        held = shape_keys.positions(key.relative_key)
+        shape_keys.write_positions(obj.data, key, (held + offset).astype(np.float32))
+        key.slider_min = 0.0 if key_marks.role(former) is not None else former.slider_min
+        key.slider_max, key.value, key.mute = former.slider_max, former.value, former.mute
+        key.vertex_group = former.vertex_group if former.vertex_group in obj.vertex_groups else ""
+    own = {source: obj, source.data: obj.data, theirs: keys}
+    for name, key in made.items():  # drivers, which may read other keys
+        actions.copy_driver(theirs.key_blocks[name], key, own)
+    key_marks.only(keys, Role.WRAP).value = 0.0
 
 
 #: Size of what ends a line, at interface scale 1.
@@ -169,5 +259,5 @@ def lines(obj):
     if pairs:
         to_own = obj.matrix_world.inverted_safe() @ settings.target.matrix_world
         places[: len(pairs)] = [to_own @ Vector(pair.place) for pair in pairs]
-    colors = np.array([(*views.COLORS[number % len(views.COLORS)], 1.0) for number in range(len(points))], np.float32)
+    colors = np.array([(*COLORS[number % len(COLORS)], 1.0) for number in range(len(points))], np.float32)
     return Lines(np.stack([points, places], axis=1).reshape(-1, 3), np.repeat(colors, 2, axis=0))
