@@ -40,3 +40,12 @@ def test_bones_show_what_was_found_and_go_again(part, monkeypatch, tmp_path, sou
     assert_same(before[0], snapshot(obj := bpy.data.objects[name], {"settings", "keys"}))
     assert [each.show_viewport for each in obj.modifiers] == before[1] and len(bpy.data.armatures) == len(before[1])
     assert np.abs(played(obj, times) - shown).max() < 1e-4 * size
+
+
+def test_a_linked_duplicate_keeps_its_weights():
+    obj = of_a_rig()
+    bpy.ops.meanvalue.bake('EXEC_DEFAULT', True, target='ARMATURE', bones=8)
+    shown = played(obj, [FRAMES])
+    bpy.ops.object.duplicate(linked=True)
+    bpy.ops.meanvalue.unbake()
+    assert np.abs(played(obj, [FRAMES]) - shown).max() < 1e-5

@@ -7,18 +7,9 @@ import bpy
 import numpy as np
 
 from ... import wording
-from ...scene import (
-    actions,
-    baked,
-    frames,
-    mesh_arrays,
-    pose_objects,
-    rig_space,
-    shape_keys,
-    vertex_groups,
-    views,
-    worn,
-)
+from ...errors import SceneError
+from ...scene import actions, frames, mesh_arrays, pose_objects, rig_space, shape_keys, vertex_groups, views, worn
+from ...scene.baked import source
 from ...scene.core import motion, sample_times
 from ...scene.core.point_sets import bounding_box_diagonal
 from ...solver import native_loader, session
@@ -34,7 +25,7 @@ def is_seen(obj):
     """Whether neither handles nor a mix move a mesh, but what bones alone can stand for. Cheap."""
     keys = obj.data.shape_keys
     is_moved = rig_space.before_bones(obj) or (keys is not None and actions.is_animated(keys))
-    return bool(is_moved) and not (obj.meanvalue.handles or baked.source(obj))
+    return bool(is_moved) and not (obj.meanvalue.handles or source(obj))
 
 
 def problem(obj):
@@ -64,6 +55,11 @@ def fit(parts, shapes, times, is_seen, options):
                 own[row] = evaluate(own[row]).astype(np.float32)
 
     yield from frames.visit(bpy.context.scene, times, see)
+    axes = np.array(worlds)[:, :3, :3]
+    grams = np.swapaxes(axes, 1, 2) @ axes  # the same where it turns and moves alone, diagonal where nothing is oblique
+    if np.abs(grams - np.diag(np.diag(grams[0]))).max() > 1e-3 * grams.max():
+        remedy = "Keep its scale still, and that of its parents even"
+        raise SceneError(f"'{obj.name}' grows, or is sheared by its parents, which bones cannot show. {remedy}")
     places = [worn.to_carrier(obj, each) for each in parts]
     rests = [shape_keys.rest_positions(each.data) for each in parts]
     rest, *rows = (

@@ -77,8 +77,9 @@ def play_bones(obj, rig, names, weights, is_seen):
 
 def _remove_bones(obj, record):
     """What play_bones() has made, and shows what it had hidden. The armature goes with the last that it moves."""
-    rig = record.rig
-    for bone in rig.data.bones if rig is not None else ():
+    rig, others = record.rig, [each for each in bpy.data.objects if each.data == obj.data and each != obj]
+    is_shared = any(each.meanvalue.baked.rig == rig for each in others)  # as linked duplicates have it
+    for bone in rig.data.bones if rig is not None and not is_shared else ():
         if shape_keys.MADE in bone and bone.name in obj.vertex_groups:  # which are renamed with their bones
             obj.vertex_groups.remove(obj.vertex_groups[bone.name])
     for name, switches in json.loads(record.hidden).items():
