@@ -17,6 +17,9 @@ CORRECTIVE_KEY = "Corrective"
 DEFAULT_RESULT_KEY = "Mean-Value"
 MIX_KEY = "Rotation-Aware Mix"
 
+#: How properties between bones and keys begin.
+DRIVE_BY_POSE = "Drive by Pose"
+
 #: Variable in the drivers of in-between keys, by which they are known whatever they are called and whose mesh it is.
 MIX_MARK = "meanvalue_mix"
 

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .. import compat
+from .. import compat, ids
 from ..errors import SceneError
 
 
@@ -126,17 +126,19 @@ def drive(owner, sources, expression, path="value"):
 
 
 def copy_driver(former, key, own):
-    """Drives a shape key as another is driven, or not. own: {datablock: what is read in its place, if it has that}."""
+    """Drives a shape key as another is driven, or not. own: {datablock: what is read in its place, if it has that}.
+    Returns whether it does: what Drive by Pose made is not copied, as it goes when that is pressed on the other."""
     curve, keys = driver_of(former), key.id_data
     key.driver_remove("value")
-    if not curve:
-        return
+    if not curve or (source_of(former) or ("", ""))[1].startswith(f'["{ids.DRIVE_BY_POSE} '):
+        return not curve
     copy = (keys.animation_data or keys.animation_data_create()).drivers.from_existing(src_driver=curve)
     copy.data_path = key.path_from_id("value")
     for target in (each for variable in copy.driver.variables for each in variable.targets):
         with contextlib.suppress(ValueError):
             if target.id in own and (not target.data_path or own[target.id].path_resolve(target.data_path, False)):
                 target.id = own[target.id]
+    return True
 
 
 def own_action(id_block):

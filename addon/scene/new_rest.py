@@ -31,7 +31,7 @@ def _become(obj, shape):
     apart = {reference, shape_keys.result(obj), *pose_key.replacing(obj)}
     carried = []
     for key in mesh.shape_keys.key_blocks:
-        if _adds_to(key, reference, apart):
+        if adds_to(key, reference, apart):
             shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
             carried.append(key.name)
     shape_keys.write_positions(mesh, reference, shape)
@@ -47,7 +47,7 @@ def _become(obj, shape):
     return notes
 
 
-def _adds_to(key, reference, apart):
+def adds_to(key, reference, apart):
     """Whether a key is relative to the reference key, by way of others or not, but not by way of those `apart`."""
     passed = set()
     while key.name not in passed and key not in apart:

@@ -120,8 +120,10 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         return f"'{obj.name}' has the shape of '{target.name}' as shape key '{name}': {off}", notes
 
     def _carried(self, obj, source, prepared, offsets):
-        wrap_scene.write_carried(obj, source, offsets)
-        still, notes = [each.name for each in prepared.sliders if each.name not in offsets], []
+        undriven, notes = wrap_scene.write_carried(obj, source, offsets), []
+        still = [each.name for each in prepared.sliders if each.name not in offsets]
+        if undriven:
+            notes.append(f"Not driven here: {wording.quoted(undriven, limit=12)}. Press Drive by Pose on each")
         if still:
             notes.append(f"Left out, as nothing moves here: {wording.quoted(still, limit=12)}")
         if prepared.left:

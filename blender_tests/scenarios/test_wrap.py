@@ -15,9 +15,8 @@ def ball(name, rings, around, stretch=(1.0, 1.0, 1.0)):
     """A ball of quads and fans, its five landmarks first: +Z, +X, +Y, -X, -Z. rings even, around a multiple of 4."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=around, ring_count=rings)
     obj = bpy.context.object
-    mesh = obj.data
-    points = np.array([vertex.co for vertex in mesh.vertices])
-    faces = [tuple(polygon.vertices) for polygon in mesh.polygons]
+    points = np.array([vertex.co for vertex in obj.data.vertices])
+    faces = [tuple(polygon.vertices) for polygon in obj.data.polygons]
     first = [int(np.linalg.norm(points - place, axis=1).argmin()) for place in PAIRS.values()]
     order = first + [k for k in range(len(points)) if k not in first]
     new = {old: k for k, old in enumerate(order)}
@@ -37,12 +36,13 @@ def two():
     return obj, other
 
 
-def pick(obj, other, vertices=tuple(PAIRS)):
+def pick(obj, other, vertices=tuple(PAIRS), partners=()):
     places = np.array([vertex.co for vertex in other.data.vertices])
     meshes.activate(obj)
     obj.meanvalue.wrap.target = other
     for vertex in vertices:
-        assert bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(places[vertex])) == {'FINISHED'}
+        place = places[dict(partners).get(vertex, vertex)]
+        assert bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(place)) == {'FINISHED'}
 
 
 def test_a_split_mesh_stays_closed():
@@ -107,12 +107,7 @@ def test_a_mirrored_target_and_its_modifiers_count(two):
     other.scale = (-0.5, 0.5, 0.5)
     bpy.context.view_layer.update()
     other.modifiers.new("Finer", 'SUBSURF').levels = 1
-    picked = [(vertex, {1: 3, 3: 1}.get(vertex, vertex)) for vertex in range(5)]
-    places = np.array([vertex.co for vertex in other.data.vertices])
-    meshes.activate(obj)
-    obj.meanvalue.wrap.target = other
-    for vertex, partner in picked:
-        bpy.ops.meanvalue.pick_wrap_pairs(vertex=vertex, place=tuple(places[partner]))
+    pick(obj, other, partners={1: 3, 3: 1})
     assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
     evaluated = other.evaluated_get(bpy.context.evaluated_depsgraph_get())
     for point in in_the_world(obj, key_points(obj.data.shape_keys.key_blocks["Egg"]))[5::37]:
@@ -129,9 +124,8 @@ def test_what_is_left_over_is_in_a_group():
     bpy.context.view_layer.update()
     other.select_set(True)
     assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
-    group = obj.vertex_groups["Wrap Left Over"]
-    members = [v.index for v in obj.data.vertices if group.index in [e.group for e in v.groups]]
-    assert members == [0]
+    group = obj.vertex_groups["Wrap Left Over"].index
+    assert [v.index for v in obj.data.vertices if group in [e.group for e in v.groups]] == [0]
 
 
 @pytest.mark.parametrize(
@@ -187,3 +181,9 @@ def test_keys_are_carried_in_the_mesh_s_own_proportions_with_what_is_set_on_them
     with steps.refused("all are here already"):
         obj.meanvalue.wrap.keys = "W*, M*"
         bpy.ops.meanvalue.wrap(carry=True)
+    mine, wide = obj.shape_key_add(name="Mine"), keys.key_blocks["Wide"]
+    mine.relative_key, added = wide, key_points(mine) - key_points(wide)
+    theirs.key_blocks["Wide"].data[1].co.x, obj.meanvalue.wrap.replace = 1.5, True
+    bpy.ops.meanvalue.wrap(carry=True)
+    assert key_points(wide)[:, 0].max() > 1.35
+    np.testing.assert_allclose(key_points(mine) - key_points(wide), added, atol=1e-6)

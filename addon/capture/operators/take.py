@@ -19,7 +19,7 @@ from ..core import jumps, readers, units
 
 _FileHandler = compat.file_handler()
 
-FROM_FILE = 'FILE'
+FROM_FILE, UNITS = 'FILE', ("Meters", "Centimeters", "Millimeters", "Inches", "Feet")
 
 
 class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
@@ -45,8 +45,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         description="What the file counts lengths in",
         items=(
             (FROM_FILE, "From File", "As the file says"),
-            *((name.upper().replace("METERS", "METRES"), name, f"The file counts in {name.lower()}")
-              for name in ("Meters", "Centimeters", "Millimeters", "Inches", "Feet")),
+            *((each.upper().replace("TERS", "TRES"), each, f"The file counts in {each.lower()}") for each in UNITS),
         ),
         default=FROM_FILE,
     )

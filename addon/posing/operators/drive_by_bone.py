@@ -14,15 +14,15 @@ import bpy
 import numpy as np
 from mathutils import Quaternion, Vector
 
-from ... import wording
+from ... import ids, wording
 from ...errors import SceneError
 from ...scene import actions, along, key_marks, pose_key, rig_space, shape_keys, subject, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...widgets.base import MeshOperator
 
-#: On the datablock of the keys: {mark of a key: {bone: its turn}}. So begin names of what is between bones and keys.
-POSES, PREFIX = "meanvalue_poses", "Drive by Pose"
+#: On the datablock of the keys: {mark of a key: {bone: its turn}}.
+POSES = "meanvalue_poses"
 
 #: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Squared distances: below the
 #: first two poses are one, and below the second, of 10 degrees, keys show at each other's pose.
@@ -148,11 +148,11 @@ def _drive(obj, more, without=()):
     rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
     used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
     for owner in (obj, *pose_key.sharing(obj)):
-        ours = [name for name in owner.keys() if re.match(PREFIX + r" \d+: (distance|pose) ", name)]  # noqa: SIM118
+        ours = [name for name in owner.keys() if re.match(ids.DRIVE_BY_POSE + r" \d+: (distance|pose) ", name)]  # noqa: SIM118
         for name in [name for name in ours if name.split(":")[0] not in used]:
             owner.driver_remove(f'["{name}"]')
             del owner[name]
-    names = (name for name in (f"{PREFIX} {number}" for number in itertools.count(1)) if name not in used)
+    names = (name for name in (f"{ids.DRIVE_BY_POSE} {number}" for number in itertools.count(1)) if name not in used)
     for name, plan in zip(names, plans):  # noqa: B905
         _drive_group(obj, rig, name, *plan)
     return notes
@@ -214,7 +214,7 @@ def _problem(obj):
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     """Have bones drive the kept pose, and all others of these bones: fully on where it was kept, off at rest"""
 
-    bl_label = "Drive by Pose"
+    bl_label = ids.DRIVE_BY_POSE
     problems = (_problem,)
     switch = "remove"
 
@@ -271,6 +271,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             pose = {bone: turned[bone]} if bone in turned else {}
         if not any(Vector(turn[1:]).length >= LEAST_TURN for turn in pose.values()):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
+        lost = [f"Range Min was {key.slider_min:g}, and is 0"] * (key.slider_min < -0.01)
         _store(key, pose)
-        notes, names = _drive(obj, [key]), wording.quoted([each.name for each in _group(key)], limit=MOST_POSES)
+        notes = _drive(obj, [key]) + lost
+        names = wording.quoted([each.name for each in _group(key)], limit=MOST_POSES)
         return f"{names} follow the pose of {wording.quoted(pose)}", notes

@@ -40,10 +40,8 @@ class MEANVALUE_UL_handles(bpy.types.UIList):
     def filter_items(self, _context, data, collection):
         """Without the handles whose control was deleted."""
         handles = getattr(data, collection)
-        if self.filter_name:
-            shown = bpy.types.UI_UL_list.filter_items_by_name(self.filter_name, self.bitflag_filter_item, handles)
-        else:
-            shown = [self.bitflag_filter_item] * len(handles)
+        shown = bpy.types.UI_UL_list.filter_items_by_name(self.filter_name, self.bitflag_filter_item, handles)
+        shown = shown or [self.bitflag_filter_item] * len(handles)
         return [0 if orphans.is_deleted(handle) else flag for handle, flag in zip(handles, shown, strict=True)], []
 
 

@@ -184,10 +184,6 @@ def matched(names, keys, given=""):
     return found
 
 
-def _end(name):
-    return folded(re.split(r"[.:|\[]", name.rstrip("]"))[-1])
-
-
 def _given(text, names, keys):
     """{name: key or ""}."""
     found = {}
@@ -210,4 +206,4 @@ def _named(name, names):
 
 
 #: Names that mean the same are alike by one of these, the first before the next.
-SIMPLER = (str, folded, _end)
+SIMPLER = (str, folded, lambda name: folded(re.split(r"[.:|\[]", name.rstrip("]"))[-1]))

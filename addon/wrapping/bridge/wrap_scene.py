@@ -15,6 +15,7 @@ from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, rig_space, 
 from ...scene.core import motion, point_sets, welding, whole_mesh
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
+from ...scene.new_rest import adds_to
 from ...scene.surface import Surface
 from ...scene.views import COLORS
 from ...solver import native_loader, session
@@ -179,7 +180,7 @@ class Carrying(OfTwo):
         shapes = KeyShapes(**vertex_groups.key_parts(source, self.sliders)).shapes()
         shapes = np.array([motion.apply(to_own, theirs.start(shape)) for shape in shapes])
         self._given = motion.apply(to_own, theirs.rest), shapes, faces, self._whole.rest, triangles, (face, shares)
-        self.arrays = *self._given[:-1], face, shares
+        self.arrays = *self._given[:-1], face, shares, repr(self.sliders)
 
     def work(self, execution):
         """Steps (see solver/job.py) to {name: n x 3 float64 offset} of what moves. @throws SolverError."""
@@ -215,21 +216,23 @@ def _not_carried(obj):
 
 
 def write_carried(obj, source, offsets):
-    """The keys of Carrying.work(), as they are on `source`. The wrapped shape does not show any more."""
-    keys, theirs = obj.data.shape_keys, source.data.shape_keys
-    made = {}
+    """The keys of Carrying.work(), as they are on `source`; what adds to one that is replaced adds the same. The
+    wrapped shape does not show any more. Returns names of those that are driven there and not here."""
+    keys, theirs, made = obj.data.shape_keys, source.data.shape_keys, {}
     for name, offset in offsets.items():
         former, key = theirs.key_blocks[name], keys.key_blocks.get(name) or shape_keys.add_shape(obj, name, None)
         made[name], key.relative_key = key, made.get(former.relative_key.name, keys.reference_key)
-        held = shape_keys.positions(key.relative_key)
-        shape_keys.write_positions(obj.data, key, (held + offset).astype(np.float32))
+        shape = (shape_keys.positions(key.relative_key) + offset).astype(np.float32)
+        move = shape - shape_keys.positions(key)
+        for each in [each for each in keys.key_blocks if each != key and adds_to(each, key, {key})]:
+            shape_keys.write_positions(obj.data, each, shape_keys.positions(each) + move)
+        shape_keys.write_positions(obj.data, key, shape)
         key.slider_min = 0.0 if key_marks.role(former) is not None else former.slider_min
         key.slider_max, key.value, key.mute = former.slider_max, former.value, former.mute
         key.vertex_group = former.vertex_group if former.vertex_group in obj.vertex_groups else ""
     own = {source: obj, source.data: obj.data, theirs: keys}
-    for name, key in made.items():  # drivers, which may read other keys
-        actions.copy_driver(theirs.key_blocks[name], key, own)
-    key_marks.only(keys, Role.WRAP).value = 0.0
+    key_marks.only(keys, Role.WRAP).value = 0.0  # drivers come last, since they may read other keys
+    return [name for name, key in made.items() if not actions.copy_driver(theirs.key_blocks[name], key, own)]
 
 
 #: Size of what ends a line, at interface scale 1.
