@@ -22,6 +22,8 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     muted: StringProperty()
     hidden: StringProperty()  # modifiers that bones stand for, and whether viewport and renders had them
     rig: PointerProperty(type=bpy.types.Object)
+    parent: PointerProperty(type=bpy.types.Object)  # armature that held it: glTF takes that for what deforms
+    parent_inverse: StringProperty()  # of that, rows of a matrix
     was_live: BoolProperty()
     was_mixed: BoolProperty()
     note: StringProperty()  # what it is, for the panel

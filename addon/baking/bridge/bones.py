@@ -92,13 +92,14 @@ def play(parts, found, worlds, times, is_seen, has_root):
     """Has the bones found play in the parts, as of fit(). Returns (what was made, how near it is, notes), in words."""
     taken = {group.name for each in parts for group in each.vertex_groups}
     names = [vertex_groups.unused(f"Bone {number:02}", taken) for number in range(1, len(found.parents) + 1)]
+    to_rig = parts[0].matrix_world.inverted()  # before the bones' own motion: with parents where they are now
     rig = _rig(parts[0], found, [vertex_groups.unused("Root", taken)] * has_root + names, times)
     if np.ptp(worlds, axis=0).any():
         actions.write_motion(rig, times, worlds)
     weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
     ends = np.cumsum([len(each.data.vertices) for each in parts])
     for part, own in zip(parts, np.split(weights / weights.sum(axis=1, keepdims=True), ends[:-1]), strict=True):
-        playing.play_bones(part, rig, names, own, is_seen)
+        playing.play_bones(part, rig, to_rig, names, own, is_seen)
     off = found.errors.astype(np.float64) / bounding_box_diagonal(shape_keys.rest_positions(parts[0].data))
     of_frames = np.sqrt((off**2).mean(axis=1))
     worst, rms = sample_times.named(times[of_frames.argmax()]), np.sqrt((of_frames**2).mean())

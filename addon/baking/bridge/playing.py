@@ -5,6 +5,7 @@ import json
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ... import compat, ids
 from ...scene import actions, baked, declarations, pose_key, rig_space, shape_keys, worn
@@ -16,29 +17,22 @@ def play_cache(obj, path, header):
     """A Mesh Cache modifier on top of the stack."""
     modifier = obj.modifiers.new(ids.CACHE_MODIFIER, 'MESH_CACHE')
     compat.move_modifier(obj, modifier)  # it has to see the vertices of the mesh itself
-    scale = 1.0 / header.rate
-    modifier.cache_format = 'PC2'
-    modifier.filepath = path
+    modifier.cache_format, modifier.filepath = 'PC2', path
     modifier.time_mode, modifier.play_mode = 'FRAME', 'SCENE'
-    modifier.frame_scale = scale
+    modifier.frame_scale = scale = 1.0 / header.rate
     modifier.frame_start = header.start * scale  # Blender scales the frame first
-    modifier.interpolation = 'LINEAR'
-    modifier.deform_mode = 'OVERWRITE'
+    modifier.interpolation, modifier.deform_mode = 'LINEAR', 'OVERWRITE'
     modifier.forward_axis, modifier.up_axis = 'POS_Y', 'POS_Z'
     _hide_result(obj)
-    record = obj.meanvalue.baked
-    record.target, record.modifier = TO_CACHE, modifier.name
+    obj.meanvalue.baked.target, obj.meanvalue.baked.modifier = TO_CACHE, modifier.name
 
 
 def play_keys(obj, times, shapes):
     """Shape keys at these times with their F-curves. Returns notes. For what has no keys_problem()."""
-    mesh = obj.data
-    record = obj.meanvalue.baked
+    mesh, record = obj.data, obj.meanvalue.baked
     if mesh.shape_keys is None:
         shape_keys.make_basis(obj)
-    keys = mesh.shape_keys
-    active_index = obj.active_shape_key_index
-    made = []
+    keys, active_index, made = mesh.shape_keys, obj.active_shape_key_index, []
     for time, shape in zip(times, shapes, strict=True):
         whole, dot, part = sample_times.named(abs(time)).partition(".")
         name = f"Bake {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"  # in order by name, for frames from 0 on
@@ -52,14 +46,13 @@ def play_keys(obj, times, shapes):
         values = [float(each == number) for each in range(begin, end)]
         actions.write_curve(keys, key.path_from_id("value"), 0, times[begin:end], values, "LINEAR")
     obj.active_shape_key_index = active_index
-    record.target = TO_KEYS
-    record.keys = json.dumps([key.name for key in made])
+    record.target, record.keys = TO_KEYS, json.dumps([key.name for key in made])
     _hide_result(obj)
     if obj.show_only_shape_key:
         yield "A shape key is pinned: turn off Shape Key Lock to see the bake"
 
 
-def play_bones(obj, rig, names, weights, is_seen):
+def play_bones(obj, rig, to_rig, names, weights, is_seen):
     """An armature modifier and the vertex groups `names`, n x b weights. Modifiers, and keys if is_seen, are off."""
     groups = [obj.vertex_groups.new(name=name) for name in names]
     for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
@@ -71,6 +64,10 @@ def play_bones(obj, rig, names, weights, is_seen):
     modifier = obj.modifiers.new(rig.name, 'ARMATURE')
     compat.move_modifier(obj, modifier, obj.modifiers.find(hidden[-1].name) + 1 if hidden else 0)
     modifier.object, modifier.use_bone_envelopes = rig, False
+    former, moves_itself = obj.parent, obj.constraints or getattr(obj.animation_data, "action", None)
+    if former is not None and (former.type, obj.parent_type) == ('ARMATURE', 'OBJECT') and not moves_itself:
+        record.parent, record.parent_inverse = former, json.dumps([*map(list, obj.matrix_parent_inverse)])
+        obj.parent, obj.matrix_parent_inverse = rig, to_rig @ former.matrix_world @ obj.matrix_parent_inverse
     _hide_result(obj, is_seen)
     record.target, record.modifier, record.rig = TO_BONES, modifier.name, rig
 
@@ -82,6 +79,8 @@ def _remove_bones(obj, record):
     for bone in rig.data.bones if rig is not None and not is_shared else ():
         if shape_keys.MADE in bone and bone.name in obj.vertex_groups:  # which are renamed with their bones
             obj.vertex_groups.remove(obj.vertex_groups[bone.name])
+    if rig is not None and record.parent is not None and obj.parent == rig:
+        obj.parent, obj.matrix_parent_inverse = record.parent, Matrix(json.loads(record.parent_inverse))
     for name, switches in json.loads(record.hidden).items():
         if name in obj.modifiers:
             obj.modifiers[name].show_viewport, obj.modifiers[name].show_render = switches
@@ -109,13 +108,12 @@ def baked_with(obj):
 
 def take_back(obj):
     """Takes back what the last bake of `obj` has made in the scene. Files stay."""
-    record = obj.meanvalue.baked
+    record, keys = obj.meanvalue.baked, obj.data.shape_keys
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
     if modifier is not None and modifier.type in {"MESH_CACHE", "ARMATURE"}:
         obj.modifiers.remove(modifier)
     if record.target == TO_BONES:
         _remove_bones(obj, record)
-    keys = obj.data.shape_keys
     if record.target == TO_KEYS and keys is not None:
         names = names_in(record.keys)
         paths = {f'key_blocks["{bpy.utils.escape_identifier(name)}"].value' for name in names}
@@ -160,8 +158,7 @@ def _hide_result(obj, with_all=False):
     settings.live = False
     if record.was_mixed:
         kind.turn(obj, False)
-    keys = obj.data.shape_keys
-    key = shape_keys.result(obj)
+    keys, key = obj.data.shape_keys, shape_keys.result(obj)
     shown += keys.key_blocks[1:] if with_all and keys is not None else []
     named = {each.name: each for each in shown if each.name not in names_in(record.keys)}
     if key is not None and key != keys.reference_key and key not in shown:

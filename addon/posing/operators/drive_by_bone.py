@@ -275,4 +275,4 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         _store(key, pose)
         notes = _drive(obj, [key]) + lost
         names = wording.quoted([each.name for each in _group(key)], limit=MOST_POSES)
-        return f"{names} follow the pose of {wording.quoted(pose)}", notes
+        return f"The pose of {wording.quoted(pose)} drives {names}", notes

@@ -171,7 +171,9 @@ class Carrying(OfTwo):
         self.sliders, self.left = _chosen(obj, source)
         to_own = np.linalg.inv(subject.to_world(obj)) @ subject.to_world(source)
         wrapped = self._whole.start(shape_keys.positions(key_marks.only(obj.data.shape_keys, Role.WRAP)))
-        surface = Surface(motion.apply(to_own, theirs.start(rig_space.shown_positions(source))), faces)
+        shown = theirs.start(rig_space.shown_positions(source)), theirs.rest  # its keys may show by now, or no more
+        surfaces = [Surface(motion.apply(to_own, each), faces) for each in shown]
+        surface = min(surfaces, key=lambda each: each.nearest(wrapped)[3].mean())
         face, shares, _, away = surface.nearest(wrapped, Surface(wrapped, triangles).normals(), COSINE)
         lost = ~np.isfinite(away)
         face[lost], shares[lost], _, away[lost] = surface.nearest(wrapped[lost])
