@@ -127,12 +127,10 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     )
 
     def run(self, obj):
-        if self.keep_bake:
-            for each in playing.baked_with(obj):
-                playing.keep(each)
-            return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
         for each in playing.baked_with(obj):
-            playing.take_back(each)
+            (playing.keep if self.keep_bake else playing.take_back)(each)
+        if self.keep_bake:
+            return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         return "Removed the bake", []
