@@ -159,10 +159,10 @@ def test_pairs_are_checked_as_they_are_picked(two):
 def test_keys_are_carried_in_the_mesh_s_own_proportions_with_what_is_set_on_them(two):
     obj, other = two
     steps.add_group(other, "Top", [vertex.index for vertex in other.data.vertices if vertex.co.z > 0.0])
-    factors = {"Basis": (1, 1, 1), "Wide": (1.3, 1, 1), "Tall": (1, 1, 1.4), "More": (1, 1.2, 1.4), "Still": (1, 1, 1)}
+    rest = np.array([vertex.co for vertex in other.data.vertices])
+    factors = {"Wide": (1.3, 1, 1), "Tall": (1, 1, 1.4), "More": (1, 1.2, 1.4), "Still": (1, 1, 1)}
     for name in factors:
-        for point in other.shape_key_add(name=name).data:
-            point.co *= Vector(factors[name])
+        steps.add_key(other, name, rest * factors[name])
     theirs = other.data.shape_keys
     theirs.key_blocks["Tall"].vertex_group, theirs.key_blocks["Tall"].mute = "Top", True
     theirs.key_blocks["More"].relative_key, theirs.key_blocks["More"].slider_max = theirs.key_blocks["Tall"], 2.0
@@ -181,8 +181,8 @@ def test_keys_are_carried_in_the_mesh_s_own_proportions_with_what_is_set_on_them
     with steps.refused("all are here already"):
         obj.meanvalue.wrap.keys = "W*, M*"
         bpy.ops.meanvalue.wrap(carry=True)
-    mine, wide = obj.shape_key_add(name="Mine"), keys.key_blocks["Wide"]
-    mine.relative_key, added = wide, key_points(mine) - key_points(wide)
+    wide = keys.key_blocks["Wide"]
+    mine, added = steps.add_key(obj, "Mine", 1.1 * key_points(wide), "Wide"), 0.1 * key_points(wide)
     theirs.key_blocks["Wide"].data[1].co.x, obj.meanvalue.wrap.replace = 1.5, True
     bpy.ops.meanvalue.wrap(carry=True)
     assert key_points(wide)[:, 0].max() > 1.35

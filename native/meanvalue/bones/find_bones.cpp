@@ -95,7 +95,9 @@ void split_bones(Skin& skin, Index count, const Execution& execution) {
 
 void join_bones(Skin& skin) {
     const Index bones = skin.bone_count();
-    const Eigen::MatrixXd products = skin.motion.transpose() * skin.motion / skin.frame_count();
+    Eigen::MatrixXd products(4 * bones, 4 * bones);
+    products.noalias() = skin.motion.transpose() * skin.motion;
+    products /= skin.frame_count();
     const Eigen::MatrixXd shared = shares(skin) / skin.vertex_count();
     std::vector<std::pair<double, double>> cost;  // of joining a bone now; where none can be, off the middle
     for (Index j = 0; j < bones; ++j)
