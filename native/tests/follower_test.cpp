@@ -216,6 +216,32 @@ TEST(Follower, ASkirtHasNoSpikesAndFarLimbsDoNotMoveIt) {
     EXPECT_LT(largest_distance(follower_of(beside, skirt).follow(far), skirt.vertices), 1e-9);
 }
 
+TEST(Follower, ClothBetweenLegsThatTurnApartStaysBetweenThem) {
+    const Mesh leg = moved(capped_tube(24, 40, 8.0), 0.5, {-0.53, 0.0, 0.0});
+    const Mesh legs = joined(leg, moved(leg, 1.0, {1.06, 0.0, 0.0}));
+    Mesh cloth = grid(80, 60, 0.0);  // over the front of both and into the gap
+    for (Index v = 0; v < cloth.vertex_count(); ++v) {
+        const double x = 2.0 * (v % 80) / 79.0 - 1.0;
+        const double aside = std::abs(x) - 0.53;
+        const double depth = std::sqrt(std::max(0.01, 0.52 * 0.52 - aside * aside));
+        cloth.vertices.row(v) << x, -depth, 0.5 + 1.5 * (v / 80) / 59.0;
+    }
+    const Follower follower = follower_of(legs, cloth, FollowKind::kCloth);
+    for (const double angle_rad : {0.3, 0.6, 0.9, 1.2}) {
+        Positions posed = legs.vertices;
+        for (Index v = 0; v < posed.rows(); ++v) {
+            const double way = v < leg.vertex_count() ? 1.0 : -1.0;
+            const double angle = way * angle_rad * std::clamp((2.5 - posed(v, 2)) / 1.5, 0.0, 1.0);
+            const double y = posed(v, 1), z = posed(v, 2) - 2.5;
+            posed(v, 1) = std::cos(angle) * y - std::sin(angle) * z;
+            posed(v, 2) = 2.5 + std::sin(angle) * y + std::cos(angle) * z;
+        }
+        const Positions result = follower.follow(posed);
+        EXPECT_GT((result.colwise().minCoeff() - posed.colwise().minCoeff()).minCoeff(), -0.1) << angle_rad;
+        EXPECT_LT((result.colwise().maxCoeff() - posed.colwise().maxCoeff()).maxCoeff(), 0.1) << angle_rad;
+    }
+}
+
 TEST(Follower, AButtonGoesWithTheClothThatItIsOn) {
     const Mesh body = arm();
     // On a wide sleeve, whose folds are its own.

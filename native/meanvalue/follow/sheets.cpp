@@ -146,6 +146,7 @@ void Sheets::carry(double* positions, int threads, const Execution& execution) c
     if (energy_) {
         DeformationEnergy::Workspace workspace = energy_->make_workspace();
         workspace.soft_targets = own;
+        workspace.holds_normals = true;  // targets are torn between thighs that turn apart
         SupernodalFactor::Workspace solving;
         Positions moves(count, 3);
         energy_->evaluate(own, kRigidity, moves, threads, execution, workspace);
