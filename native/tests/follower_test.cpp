@@ -224,7 +224,8 @@ TEST(Follower, ClothBetweenLegsThatTurnApartStaysBetweenThem) {
         const double x = 2.0 * (v % 80) / 79.0 - 1.0;
         const double aside = std::abs(x) - 0.53;
         const double depth = std::sqrt(std::max(0.01, 0.52 * 0.52 - aside * aside));
-        cloth.vertices.row(v) << x, -depth, 0.5 + 1.5 * (v / 80) / 59.0;
+        const Index row = v / 80;
+        cloth.vertices.row(v) << x, -depth, 0.5 + 1.5 * row / 59.0;
     }
     const Follower follower = follower_of(legs, cloth, FollowKind::kCloth);
     for (const double angle_rad : {0.3, 0.6, 0.9, 1.2}) {

@@ -82,6 +82,7 @@ struct Case {
         binding.target_faces = share(target.faces, "");
         binding.threads = threads;
         std::vector<SharedPositions> shared;
+        shared.reserve(shapes.size());
         for (const Positions& shape : shapes)
             shared.push_back(share(shape, ""));
         Execution execution;
@@ -278,10 +279,11 @@ TEST(Transfer, NamesWhatIsWrong) {
     Case meshes(6, 5);
     const Positions rest = placed(meshes.source.vertices, face), onto = meshes.there(rest);
     const TransferBinding good = (meshes.carried(rest, {rest}, onto), meshes.binding);
-    const auto told = [&](const auto& spoil, std::vector<Positions> shapes) {
+    const auto told = [&](const auto& spoil, const std::vector<Positions>& shapes) {
         meshes.binding = good;
         spoil(meshes.binding);
         std::vector<SharedPositions> shared;
+        shared.reserve(shapes.size());
         for (const Positions& shape : shapes)
             shared.push_back(share(shape, ""));
         Execution execution;

@@ -100,6 +100,7 @@ void join_bones(Skin& skin) {
     products /= skin.frame_count();
     const Eigen::MatrixXd shared = shares(skin) / skin.vertex_count();
     std::vector<std::pair<double, double>> cost;  // of joining a bone now; where none can be, off the middle
+    cost.reserve(bones);
     for (Index j = 0; j < bones; ++j)
         cost.emplace_back(kNone, (kNearMiddle + skin.joints[j].place.squaredNorm()) / shared(4 * j + 3, 4 * j + 3));
     std::vector<Joint> joints(bones);

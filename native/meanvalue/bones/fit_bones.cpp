@@ -54,9 +54,9 @@ class BoneFitting {
 
     void look_around() {
         const std::vector<Index> corners(clip_.faces.data(), clip_.faces.data() + clip_.faces.size());
-        std::vector<Index> starts;
-        for (Index f = 0; f < clip_.faces.rows(); ++f)
-            starts.push_back(3 * f);
+        std::vector<Index> starts(clip_.faces.rows());
+        for (std::size_t f = 0; f < starts.size(); ++f)
+            starts[f] = static_cast<Index>(3 * f);
         skin_.first = first_of_seams(*clip_.rest, corners, starts, 0.0, execution_);
         for (Index v = 0; v < skin_.vertex_count(); ++v)
             if ((skin_.frames.col(v) - skin_.frames.col(skin_.first[v])).cwiseAbs().maxCoeff() > kTogether)

@@ -46,6 +46,7 @@ class VertexWeights {
   private:
     void find_nearest(const Eigen::Ref<const Eigen::VectorXd>& aims) {
         std::vector<std::pair<double, Index>> far;
+        far.reserve(skin_.bone_count());
         for (Index j = 0; j < skin_.bone_count(); ++j)
             far.emplace_back(place_.dot(products_.block<4, 4>(4 * j, 4 * j) * place_ - 2.0 * aims.segment<4>(4 * j)),
                              j);
