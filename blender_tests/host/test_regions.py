@@ -6,6 +6,7 @@ import heapq
 import meanvalue
 import numpy as np
 import pytest
+from support import rings
 
 from addon.posing.core.bind_input import border_strengths, soft_border
 from addon.scene.core.point_sets import tinted_faces
@@ -102,10 +103,7 @@ def lathe(profile, columns=16):
     """(positions, triangles) of a shape of revolution: (radius, height) of each ring."""
     angles = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
     points = [(radius * np.cos(a), radius * np.sin(a), height) for radius, height in profile for a in angles]
-    number = np.arange(len(points)).reshape(-1, columns)
-    low, high = number[:-1], number[1:]
-    quads = np.stack([low, np.roll(low, -1, 1), np.roll(high, -1, 1), high], axis=-1).reshape(-1, 4)
-    return np.array(points), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    return np.array(points), rings.triangles(rings.quads(len(profile), columns))
 
 
 def surface_ways(*pieces, gap=0.0):
@@ -199,7 +197,6 @@ def disk(rows, strength=None):
     points = np.array([(x, y, 0.0) for x in line for y in line])
     number = np.arange(rows * rows).reshape(rows, rows)
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
-    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
     away = np.linalg.norm(points, axis=1)
     edges = np.concatenate([quads[:, :2], quads[:, 1:3], quads[:, 2:], quads[:, [3, 0]]])
     weights = meanvalue.SurfaceWays(points, edges, NO_FACES).falloff([rows * rows // 2], 0.8, 0.125)
@@ -208,7 +205,7 @@ def disk(rows, strength=None):
     anchors = np.concatenate([handle, border]).astype(np.int32)
     deformer = meanvalue.Deformer(
         points,
-        triangles,
+        rings.triangles(quads),
         anchors,
         roi=weights > 0.0,
         handles=np.repeat([0, 1], [len(handle), len(border)]).astype(np.int32),

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 from support import figure_body
+from support.rings import fan, quads, triangles
 from support.wrap_calls import wrapped
 
 from addon.errors import SceneError
@@ -14,10 +15,6 @@ from addon.scene.surface import Surface
 from addon.wrapping.bridge.wrapping import Wrap
 from addon.wrapping.core.wrap_input import WrapInput
 from native.benchmarks import shape_metrics
-
-
-def triangles_of(quads):
-    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
 
 
 def landmarks(points):
@@ -46,7 +43,7 @@ def two_figures():
     one, other = figure_body.body(1.0, 0.03), figure_body.body(0.9, 0.036)
     target = turned(other.vertices)
     return WrapInput(
-        one.vertices, triangles_of(one.quads), target, triangles_of(other.quads),
+        one.vertices, triangles(one.quads), target, triangles(other.quads),
         landmarks(one.vertices), target[landmarks(other.vertices)],
     )  # fmt: skip
 
@@ -114,15 +111,10 @@ def ball(rings, around):
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     rows = [np.column_stack([np.sin(p) * circle, np.full(around, np.cos(p))]) for p in polar]
     vertices = np.concatenate([[[0.0, 0.0, 1.0]], *rows, [[0.0, 0.0, -1.0]]])
-    k, following = np.arange(around), (np.arange(around) + 1) % around
-    faces = [np.column_stack([np.zeros(around, int), 1 + k, 1 + following])]
-    for row in range(rings - 2):
-        upper, lower = 1 + row * around, 1 + (row + 1) * around
-        faces.append(np.column_stack([upper + k, lower + k, lower + following]))
-        faces.append(np.column_stack([upper + k, lower + following, upper + following]))
-    last = 1 + (rings - 2) * around
-    faces.append(np.column_stack([np.full(around, len(vertices) - 1), last + following, last + k]))
-    return vertices, np.concatenate(faces).astype(np.int32)
+    sides = triangles(quads(rings - 1, around, first=1)[:, [0, 3, 2, 1]])
+    last = len(vertices) - 1
+    ends = fan(0, np.arange(around) + 1), fan(last, np.arange(-around, 0) + last)[:, ::-1]
+    return vertices, np.concatenate([ends[0], sides, ends[1]]).astype(np.int32)
 
 
 def test_a_flipped_triangle_is_found_and_a_turned_mesh_is_none():

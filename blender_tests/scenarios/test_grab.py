@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, handles, installed, libraries, meshes, posed_rigs, rigs, steps
+from support import bent_limb, handles, installed, libraries, meshes, posed_rigs, rigs, rings, steps
 from support.sheets import BESIDE, COLUMNS, MIDDLE, grab, lift, pin, region_weights, sheet
 from support.snapshot import assert_same, snapshot
 
@@ -43,8 +43,7 @@ def tubes(*layers):
     """A limb along z of 41 rows of 16 vertices for each (scale, shift); and how far each vertex of them has gone."""
     turns = np.radians(np.arange(0.0, 360.0, 22.5))
     vertices = np.array([(0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.05 * row) for row in range(41) for turn in turns])
-    below = np.array([(16 * row + k, 16 * row + (k + 1) % 16) for row in range(40) for k in range(16)])
-    faces = np.concatenate([below, below[:, ::-1] + 16], axis=1)
+    faces = rings.quads(41, 16)
     vertices = np.concatenate([vertices * scale + shift for scale, shift in layers])
     faces = np.concatenate([faces + 656 * k for k in range(len(layers))])
     obj = meshes.make_object(vertices.tolist(), faces.tolist(), "Limbs")

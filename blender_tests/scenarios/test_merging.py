@@ -24,11 +24,7 @@ def surface(columns, faces_of, name):
     for low, high in columns:
         first, width = len(vertices), high - low + 1
         vertices += [(x, y, height(x, y)) for y in range(SIDE + 1) for x in range(low, high + 1)]
-        faces += [
-            tuple(first + row * width + column + each for each in (0, 1, width + 1, width))
-            for row in range(SIDE)
-            for column in range(width - 1)
-        ]
+        faces += [tuple(first + each for each in face) for face in meshes.grid_faces(width, SIDE + 1)]
     return meshes.make_object(*faces_of(vertices, faces), name)
 
 

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from . import rings
+
 LENGTH, RADIUS = 6.0, 0.5
 
 
@@ -12,14 +14,9 @@ def limb(around=12, along=36):
     ring = np.stack([np.zeros(around), np.cos(turns), np.sin(turns)], axis=1) * RADIUS
     places = np.linspace(0.0, LENGTH, along)
     vertices = (ring[None] + places[:, None, None] * (1.0, 0.0, 0.0)).reshape(-1, 3)
-    faces = [
-        (low + step, low + (step + 1) % around, low + around + (step + 1) % around, low + around + step)
-        for low in range(0, around * (along - 1), around)
-        for step in range(around)
-    ]
     last = around * (along - 1)
-    faces += [tuple(reversed(range(around))), tuple(range(last, last + around))]
-    return vertices, faces
+    caps = [tuple(reversed(range(around))), tuple(range(last, last + around))]
+    return vertices, [*map(tuple, rings.quads(along, around).tolist()), *caps]
 
 
 def bent(vertices, degrees):

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from . import figure_body, walking_figure
+from . import figure_body, rings, walking_figure
 
 #: bone: (joint it hangs on, from and to in the T-pose from that joint, of the left side, radii across: to the side of
 #: the bone and to the front); on thighs and shanks Z is a share of the bone's length.
@@ -63,25 +63,17 @@ def capsule(begin, end, radii, around, along):
     side = np.cross(front, axis)
     angles = np.linspace(0.0, np.pi / 2.0, 4)[1:]
     cap = min(radii)
-    rings = [(begin - cap * np.cos(a) * axis, np.sin(a)) for a in angles]
-    rings += [(begin + share * (end - begin), 1.0) for share in np.linspace(0.0, 1.0, along)[1:-1]]
-    rings += [(end + cap * np.cos(a) * axis, np.sin(a)) for a in angles[::-1]]
+    circles = [(begin - cap * np.cos(a) * axis, np.sin(a)) for a in angles]
+    circles += [(begin + share * (end - begin), 1.0) for share in np.linspace(0.0, 1.0, along)[1:-1]]
+    circles += [(end + cap * np.cos(a) * axis, np.sin(a)) for a in angles[::-1]]
     turn = 2.0 * np.pi * np.arange(around) / around
     circle = radii[0] * np.cos(turn)[:, None] * side + radii[1] * np.sin(turn)[:, None] * front
-    points = np.concatenate([centre + size * circle for centre, size in rings])
-    poles = np.array([begin - cap * axis, end + cap * axis])
-    here = np.arange(around)
-    following = (here + 1) % around
-    faces = []
-    for ring in range(len(rings) - 1):
-        a, b = ring * around, (ring + 1) * around
-        faces.append(np.stack([a + here, a + following, b + following], 1))
-        faces.append(np.stack([a + here, b + following, b + here], 1))
-    first, last, low = len(points), len(points) + 1, (len(rings) - 1) * around
-    faces.append(np.stack([np.full(around, first), following, here], 1))
-    faces.append(np.stack([np.full(around, last), low + here, low + following], 1))
-    faces = np.concatenate(faces)
-    points = np.concatenate([points, poles])
+    points = np.concatenate([centre + size * circle for centre, size in circles])
+    sides = rings.triangles(rings.quads(len(circles), around))
+    bottom, top = np.arange(around), np.arange(-around, 0) + len(points)
+    ends = rings.fan(len(points), bottom)[:, ::-1], rings.fan(len(points) + 1, top)
+    faces = np.concatenate([sides, *ends])
+    points = np.concatenate([points, [begin - cap * axis, end + cap * axis]])
     corners = points[faces]
     volume = np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     return points, (faces if volume > 0.0 else faces[:, ::-1])

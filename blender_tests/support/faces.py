@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from . import rings
+
 #: Half of the head's size, in metres; it looks along -Y.
 SIZE = np.array([0.075, 0.095, 0.12])
 RINGS, SEGMENTS = 32, 48
@@ -36,12 +38,9 @@ def rest():
     ring = np.sqrt(1.0 - height**2)[:, None]
     sphere = np.stack(np.broadcast_arrays(ring * np.cos(turn), ring * np.sin(turn), height[:, None]), axis=-1)
     points = np.concatenate([sphere.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
-    at = np.arange((RINGS - 1) * SEGMENTS).reshape(RINGS - 1, SEGMENTS)
-    after = np.roll(at, -1, axis=1)
-    quads = np.stack([at[:-1], at[1:], after[1:], after[:-1]], axis=-1).reshape(-1, 4).tolist()
-    top, bottom = len(points) - 2, len(points) - 1
-    caps = [(top, a, b) for a, b in zip(at[0].tolist(), after[0].tolist(), strict=True)]
-    caps += [(bottom, b, a) for a, b in zip(at[-1].tolist(), after[-1].tolist(), strict=True)]
+    quads = rings.quads(RINGS - 1, SEGMENTS)[:, [0, 3, 2, 1]].tolist()
+    first, last = np.arange(SEGMENTS), (RINGS - 2) * SEGMENTS + np.arange(SEGMENTS)
+    caps = [*rings.fan(len(points) - 2, first).tolist(), *rings.fan(len(points) - 1, last)[:, ::-1].tolist()]
     points *= SIZE
     for at, moved, width in _FEATURES:
         points += near(points, at, width)[:, None] * np.array(moved) / 1000.0

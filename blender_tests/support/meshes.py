@@ -7,6 +7,8 @@ import math
 import bpy
 import numpy as np
 
+from .rings import quads
+
 
 def make_object(vertices, faces, name="Thing"):
     mesh = bpy.data.meshes.new(name)
@@ -74,15 +76,8 @@ def tube(rings=9, segments=8, name="Tube"):
         for segment in range(segments):
             angle = 2.0 * math.pi * segment / segments
             vertices.append((radius * math.cos(angle), radius * math.sin(angle), 0.6 * ring))
-    faces = []
-    for ring in range(rings - 1):
-        for segment in range(segments):
-            following = (segment + 1) % segments
-            low, high = ring * segments, (ring + 1) * segments
-            faces.append((low + segment, low + following, high + following, high + segment))
-    faces.append(tuple(reversed(range(segments))))
-    faces.append(tuple(range((rings - 1) * segments, rings * segments)))
-    return make_object(vertices, faces, name)
+    caps = [tuple(reversed(range(segments))), tuple(range((rings - 1) * segments, rings * segments))]
+    return make_object(vertices, [*map(tuple, quads(rings, segments).tolist()), *caps], name)
 
 
 def two_parts():

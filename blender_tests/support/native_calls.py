@@ -7,18 +7,15 @@ import time
 import meanvalue
 import numpy as np
 
+from . import rings
+
 
 def tube(around=12, along=15):
     """An open tube: vertices (n, 3) and triangles (m, 3)."""
     angle_rad = 2 * np.pi * np.arange(around) / around
     circle = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=1)
     vertices = np.array([[x, y, 0.5 * level] for level in range(along) for x, y in circle])
-    triangles = []
-    for level in range(along - 1):
-        for k in range(around):
-            a, b = level * around + k, level * around + (k + 1) % around
-            triangles += [(a, b, b + around), (a, b + around, a + around)]
-    return vertices, np.array(triangles, np.int32)
+    return vertices, rings.triangles(rings.quads(along, around))
 
 
 VERTICES, TRIANGLES = tube()

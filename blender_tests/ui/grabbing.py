@@ -7,7 +7,7 @@ from unittest import mock
 import bpy
 import numpy as np
 from harness import grab, view
-from support import installed, meshes, steps
+from support import installed, meshes, rings, steps
 
 
 def three_acts_from_a_fresh_mesh(ui):
@@ -81,8 +81,7 @@ def a_limb_is_suggested_and_shown_before_the_press(ui):
     body = [(2.0 * np.sin(turn), 2.0 * np.cos(turn)) for turn in np.linspace(0.2, np.pi - 0.1, 30)]
     angles = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
     places = [(-x, radius * np.sin(a), radius * np.cos(a)) for radius, x in arm + body for a in angles]
-    quads = [[32 * row + k, 32 * row + (k + 1) % 32] for row in range(89) for k in range(32)]
-    meshes.activate(meshes.make_object(places, [(*low, low[1] + 32, low[0] + 32) for low in quads], "Ball"))
+    meshes.make_object(places, rings.quads(90, 32).tolist(), "Ball")
     ui.remember()
     yield from grab.look_along_y(ui)
     whole = np.linalg.norm(np.ptp(places, axis=0))
