@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that can go wrong: a message that names it, and the scene as it was."""
 
-import functools
 import types
 
 import bpy
@@ -173,13 +172,18 @@ def test_native_module_missing(part, monkeypatch):
 
 
 @pytest.fixture
-def bind_gives(native, monkeypatch, part):
-    """bind_gives(f): what the solver's binding gives goes through f from now on."""
+def gives(monkeypatch, part):
+    """gives(name, f): what tasks of the solver that are begun by that name give goes through f from now on."""
+    session = part("solver.session")
+    steps = session.steps
 
-    def install(change):
-        start_bind = native.start_bind
-        part("solver.session").cache.clear()
-        monkeypatch.setattr(native, "start_bind", lambda *a, **k: tasks.Changed(start_bind(*a, **k), change))
+    def install(name, change):
+        def changed(function, *arguments, **options):
+            begin = lambda *a, **k: tasks.Changed(function(*a, **k), change)  # noqa: E731
+            return steps(begin if function.__name__ == name else function, *arguments, **options)
+
+        session.cache.clear()
+        monkeypatch.setattr(session, "steps", changed)
 
     return install
 
@@ -192,10 +196,10 @@ def failing(error):
 
 
 @pytest.mark.parametrize("kind", ["InvalidInput", "SolverFailure", "TooLittleMemory", "MemoryError", "Cancelled"])
-def test_errors_of_the_native_module(native, bind_gives, kind):
+def test_errors_of_the_native_module(native, gives, kind):
     obj = steps.posed_grid(meshes.grid())
     error = MemoryError() if kind == "MemoryError" else getattr(native, kind)("edge 3 has 5 faces")
-    bind_gives(failing(error))
+    gives("start_bind", failing(error))
     if kind != "Cancelled":
         assert_refused_unchanged(obj, BIND + SOLVE, "memory" if kind == "MemoryError" else "edge 3 has 5 faces")
         return
@@ -204,51 +208,28 @@ def test_errors_of_the_native_module(native, bind_gives, kind):
     assert_same(before, snapshot(obj))
 
 
-class WrappedDeformer:
-    """The real deformer with another answer to start_solve() of its drags."""
-
-    def __init__(self, deformer, answer):
-        self.report = deformer.report
-        self._deformer = deformer
-        self._answer = answer
-
-    def drag(self, start):
-        return types.SimpleNamespace(start_solve=functools.partial(self._start_solve, self._deformer.drag(start)))
-
-    def _start_solve(self, drag, targets, **options):
-        return tasks.Changed(drag.start_solve(targets, **options), self._answer)
-
-
-class Answer:
+def answer(solution, **replaced):
     """A solution with some of its values replaced."""
-
-    def __init__(self, solution, **replaced):
-        for name in ("vertices", "energy", "iterations", "converged", "stop_reason", "timings"):
-            setattr(self, name, replaced.get(name, getattr(solution, name)))
+    names = ("vertices", "energy", "iterations", "converged", "stop_reason", "timings")
+    return types.SimpleNamespace(**{name: getattr(solution, name) for name in names} | replaced)
 
 
-@pytest.fixture
-def answer_with(bind_gives):
-    """answer_with(f): the solver's answers go through f from now on."""
-    return lambda change: bind_gives(lambda made: WrappedDeformer(made, change))
-
-
-def test_answer_that_is_not_a_number(answer_with):
+def test_answer_that_is_not_a_number(gives):
     obj = steps.posed_grid(meshes.grid())
-    answer_with(lambda solution: Answer(solution, vertices=solution.vertices * float("nan")))
+    gives("start_solve", lambda solution: answer(solution, vertices=solution.vertices * float("nan")))
     assert_refused_unchanged(obj, SOLVE, "not numbers")
 
 
-def test_failure_in_solve_after_the_handles_changed_keeps_the_old_binding(answer_with, native):
+def test_failure_in_solve_after_the_handles_changed_keeps_the_old_binding(gives, native):
     obj = steps.posed_grid(meshes.grid())
     steps.add_handle(obj, "More", [22], pin=True)
-    answer_with(failing(native.SolverFailure("no descent")))
+    gives("start_solve", failing(native.SolverFailure("no descent")))
     assert_refused_unchanged(obj, SOLVE, "no descent")
 
 
-def test_not_converged_is_a_warning_and_the_result_is_written(answer_with, capfd):
+def test_not_converged_is_a_warning_and_the_result_is_written(gives, capfd):
     obj = steps.posed_grid(meshes.grid())
-    answer_with(lambda solution: Answer(solution, converged=False, stop_reason="iteration limit"))
+    gives("start_solve", lambda solution: answer(solution, converged=False, stop_reason="iteration limit"))
     steps.solve()
     assert "Mean-Value" in obj.data.shape_keys.key_blocks
     told = capfd.readouterr().out

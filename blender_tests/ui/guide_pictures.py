@@ -5,17 +5,12 @@
 """
 
 from harness import tabs
-from support import meshes, steps
-
-SEGMENTS = 24
-BOTTOM, TOP = range(SEGMENTS), range(24 * SEGMENTS, 25 * SEGMENTS)
+from support import handles, meshes
 
 
 def bake(ui):
-    obj = meshes.tube(rings=25, segments=SEGMENTS)
-    steps.list_anchors(obj, Bottom=BOTTOM)
-    steps.add_handle(obj, "Top", TOP)
-    obj.meanvalue.handles["Top"].control.keyframe_insert("location", frame=1)
+    obj, control = handles.tube()
+    control.keyframe_insert("location", frame=1)
     meshes.activate(obj)
     ui.frame_all()
     yield from tabs.open_part(ui, "baking")

@@ -5,6 +5,7 @@ import time
 from unittest import mock
 
 import bpy
+import long_work
 import numpy as np
 from harness import view
 from support import handles, installed, meshes, steps, tasks
@@ -61,12 +62,7 @@ def is_there(obj, place):
 
 
 def disabled_during_a_bind(ui):
-    bpy.ops.mesh.primitive_grid_add(x_subdivisions=299, y_subdivisions=299, size=4.0)
-    obj = bpy.context.object
-    obj.name = "Sheet"
-    steps.add_handle(obj, "Low", range(300), pin=True)
-    steps.add_handle(obj, "High", range(len(obj.data.vertices) - 300, len(obj.data.vertices)), live=False)
-    ui.remember()
+    yield from long_work._sheet(ui, live=False)
     yield from ui.invoke("meanvalue.bind")
     yield from ui.wait_until(ui.status_text, "it binds")
     installed.disable()

@@ -15,14 +15,10 @@ SEGMENTS = 24
 def _set_up(ui):
     """A posed tube with a pin, two handles and a region."""
     obj = meshes.tube(rings=25, segments=SEGMENTS)
-    steps.add_group(obj, "Bottom", range(SEGMENTS))
-    steps.add_group(obj, "Top", range(24 * SEGMENTS, 25 * SEGMENTS))
-    steps.add_group(obj, "Middle", [12 * SEGMENTS + 6 * k for k in range(4)])
-    bpy.ops.meanvalue.add_handle(pin=True, group="Bottom")
-    bpy.ops.meanvalue.add_handle(group="Middle")
-    meshes.activate(obj)
-    bpy.ops.meanvalue.add_handle(group="Top")
-    meshes.activate(obj)
+    steps.list_anchors(obj, Bottom=range(SEGMENTS))
+    for name, members in (("Middle", range(288, 312, 6)), ("Top", range(576, 600))):
+        steps.add_handle(obj, name, members)
+        meshes.activate(obj)
     bpy.ops.meanvalue.grow_region(distance=6.0)
     ui.remember()
     ui.frame_all()

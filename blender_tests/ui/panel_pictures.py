@@ -12,15 +12,12 @@ from unittest import mock
 import addon_utils
 import bpy
 from harness import view
-from support import installed, libraries, meshes, steps
-
-SEGMENTS = 24
-BOTTOM, TOP = range(SEGMENTS), range(24 * SEGMENTS, 25 * SEGMENTS)
+from support import baking, handles, installed, libraries, meshes, steps
 
 
 def _shown_tube(ui):
     """A tube in the opened tab."""
-    tube = meshes.tube(rings=25, segments=SEGMENTS)
+    tube = meshes.tube(handles.RINGS, handles.SEGMENTS)
     ui.frame_all()
     yield from ui.open_tab("Mean-Value")
     return tube
@@ -38,10 +35,8 @@ def from_nothing_to_applied(ui):
     assert tube.mode == 'OBJECT'
     assert bpy.context.workspace.tools.from_space_view3d_mode('OBJECT').idname == "meanvalue.grab"
     yield from ui.screenshot("panel_02_grab_is_lit")
-    steps.list_anchors(tube, Bottom=BOTTOM)
-    steps.add_handle(tube, "Top", TOP)
-    control = tube.meanvalue.handles["Top"].control
-    control.location.x += 3.0
+    steps.list_anchors(tube, Bottom=handles.BOTTOM)
+    steps.add_handle(tube, "Top", handles.TOP).location.x += 3.0
     meshes.activate(tube)
     yield from ui.wait_until(lambda: tube.data.shape_keys is not None, "the tube follows")
     _press(bpy.ops.meanvalue.keep_pose)
@@ -53,14 +48,9 @@ def from_nothing_to_applied(ui):
 
 
 def a_bake_plays(ui):
-    tube = yield from _shown_tube(ui)
-    steps.list_anchors(tube, Bottom=BOTTOM)
-    steps.add_handle(tube, "Top", TOP)
-    control = tube.meanvalue.handles["Top"].control
-    for frame, x in ((1, 0.0), (5, 3.0)):
-        control.location.x = x
-        control.keyframe_insert("location", frame=frame)
-    meshes.activate(tube)
+    tube, _control = baking.animated_tube()
+    ui.frame_all()
+    yield from ui.open_tab("Mean-Value")
     tube.meanvalue.bake.target = 'SHAPE_KEYS'
     _press(bpy.ops.meanvalue.bake)
     yield from ui.screenshot("panel_06_a_bake_plays")
@@ -74,7 +64,7 @@ def linked(ui):
 
 def edited_after_bind(ui):
     tube = yield from _shown_tube(ui)
-    steps.list_anchors(tube, Bottom=BOTTOM, Top=TOP)
+    steps.list_anchors(tube, Bottom=handles.BOTTOM, Top=handles.TOP)
     _press(bpy.ops.meanvalue.bind)
     steps.edit_mesh(tube, lambda bm: bm.verts.new((0.0, 0.0, -3.0)))
     yield from ui.screenshot("panel_08_stale_vertices")

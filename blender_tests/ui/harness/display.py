@@ -9,6 +9,8 @@ import tempfile
 import time
 import zlib
 
+import numpy as np
+
 SIZE = (1280, 800)
 END_SECONDS = 60
 SETTLE_SECONDS = 2.0
@@ -54,11 +56,11 @@ def photograph(file, path):
 
     Taken from outside of Blender, whose own screenshots are black on such a display from 4.0 on.
     """
-    data = _settled(file)
+    colours = _colours(_settled(file))
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(_png_of_xwd(data))
-    return len(set(_pixels(data)))
+    path.write_bytes(_png(colours))
+    return len(np.unique(colours.astype(np.uint32) @ [1 << 16, 1 << 8, 1]))
 
 
 def _settled(file):
@@ -70,29 +72,20 @@ def _settled(file):
     return newer
 
 
-def _layout(data):
-    """(where the pixels start, width, height, bytes of a row) of an X window dump."""
+def _colours(data):
+    """(height, width, 3) uint8 of an X window dump with 32 bits a pixel: blue, green, red, unused."""
     header = struct.unpack(">25I", data[:100])
-    return header[0] + 12 * header[19], header[4], header[5], header[12]
+    start, width, height, row_bytes = header[0] + 12 * header[19], header[4], header[5], header[12]
+    pixels = np.frombuffer(data[start : start + height * row_bytes], np.uint8).reshape(height, -1, 4)
+    return pixels[:, :width, 2::-1]
 
 
-def _pixels(data):
-    start, _width, height, row_bytes = _layout(data)
-    return memoryview(data)[start : start + height * row_bytes].cast("I")
-
-
-def _png_of_xwd(data):
-    """PNG bytes of an X window dump with 32 bits a pixel: blue, green, red, unused."""
-    start, width, height, row_bytes = _layout(data)
-    rows = []
-    for y in range(height):
-        row = data[start + y * row_bytes : start + y * row_bytes + 4 * width]
-        rgb = bytearray(3 * width)
-        rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]
-        rows.append(b"\0" + bytes(rgb))
+def _png(colours):
+    height, width, _ = colours.shape
+    rows = np.pad(colours.reshape(height, -1), ((0, 0), (1, 0)))  # each begins with how it is filtered: not at all
 
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
     head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"".join(rows))) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b"")

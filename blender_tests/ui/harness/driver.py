@@ -10,7 +10,7 @@ import pathlib
 import time
 
 import bpy
-import numpy as np
+from demo import pictures
 
 from . import display, message_log, status_bar, tabs, view
 from .acting import act
@@ -169,14 +169,7 @@ class Ui:
 
     def picture(self, name):
         """(height, width, 4) float32 of build/ui/NAME.png, from the lower left as project() counts."""
-        image = bpy.data.images.load(str(self._pictures / f"{name}.png"))
-        try:
-            width, height = image.size
-            pixels = np.empty(4 * width * height, np.float32)
-            image.pixels.foreach_get(pixels)
-            return pixels.reshape(height, width, 4)
-        finally:
-            bpy.data.images.remove(image)
+        return pictures.read_png(self._pictures / f"{name}.png")
 
     def remember(self):
         """An undo step for what the scenario itself did to the scene; without it, undo would take that back as well."""
