@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from native.benchmarks.generated_creature import nets
+
 ROUNDS = 12
 CHUNK = 100_000
 
@@ -20,53 +22,18 @@ def of_field(field, low, high, spacing, near=None):
     look = np.flatnonzero(_chunks(near, flat)) if near is not None else np.arange(len(flat))
     values[look] = _chunks(field, flat[look])
     values = values.reshape(counts)
-    vertices, number = _vertices(values, low, spacing)
-    quads = _quads(values, number)
+    crossings = []
+    for axis in range(3):
+        begin = np.take(values, range(counts[axis] - 1), axis)
+        edges = np.argwhere((begin < 0.0) != (np.take(values, range(1, counts[axis]), axis) < 0.0))
+        first, second = values[tuple(edges.T)], values[tuple((edges + np.eye(3, dtype=int)[axis]).T)]
+        crossings.append((edges, first / (first - second), first < 0.0))
+    vertices, quads = nets(lines, crossings, spacing)
     return _relaxed(field, vertices, quads, spacing), quads
 
 
 def _chunks(function, points):
     return np.concatenate([function(points[at : at + CHUNK]) for at in range(0, len(points), CHUNK)])
-
-
-def _vertices(values, low, spacing):
-    """One vertex in each cell that the surface crosses: the mean of where it crosses the cell's edges."""
-    shape = np.array(values.shape) - 1
-    total, crossings = np.zeros((*shape, 3)), np.zeros(shape)
-    corners = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
-    for axis in range(3):
-        for a in (0, 1):
-            for b in (0, 1):
-                at = np.insert([a, b], axis, 0)
-                begin = values[tuple(slice(at[k], at[k] + shape[k]) for k in range(3))]
-                at[axis] = 1
-                end = values[tuple(slice(at[k], at[k] + shape[k]) for k in range(3))]
-                cut = (begin < 0.0) != (end < 0.0)
-                place = np.broadcast_to(np.insert([a, b], axis, 0), (*shape, 3)).astype(float).copy()
-                place[..., axis] = np.where(cut, begin / np.where(cut, begin - end, 1.0), 0.0)
-                total += np.where(cut[..., None], corners + place, 0.0)
-                crossings += cut
-    here = crossings > 0
-    number = np.full(shape, -1)
-    number[here] = np.arange(here.sum())
-    return low + spacing * total[here] / crossings[here][:, None], number
-
-
-def _quads(values, number):
-    """A quad around each edge of the grid that the surface crosses."""
-    quads = []
-    for axis in range(3):
-        others = [(axis + 1) % 3, (axis + 2) % 3]
-        begin = np.take(values, range(values.shape[axis] - 1), axis) < 0.0
-        end = np.take(values, range(1, values.shape[axis]), axis) < 0.0
-        at = np.argwhere(begin != end)
-        steps = np.zeros((4, 3), int)
-        steps[[1, 2], others[0]] = -1
-        steps[[2, 3], others[1]] = -1
-        ring = number[tuple((at[:, None] + steps).transpose(2, 0, 1))]
-        leaves = begin[tuple(at.T)]
-        quads.append(np.where(leaves[:, None], ring[:, [2, 3, 0, 1]], ring[:, ::-1]))
-    return np.concatenate(quads)
 
 
 def _relaxed(field, vertices, quads, spacing):

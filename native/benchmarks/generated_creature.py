@@ -110,8 +110,16 @@ def weight_at(distance):
 
 
 def surface_nets(bones, spacing):
-    """The zero surface: a vertex in each cell of the grid that it crosses, a quad for each edge of the grid."""
-    axes, crossings = crossed_edges(bones, spacing)
+    """The zero surface as (vertices (n, 3), outward triangles (m, 3))."""
+    vertices, quads = nets(*crossed_edges(bones, spacing), spacing)
+    return vertices, split(vertices, quads)
+
+
+def nets(axes, crossings, spacing):
+    """(vertices, quads): a vertex in each cell of the grid that a surface crosses, a quad for each edge of the grid.
+
+    axes, crossings: as of crossed_edges().
+    """
     sizes = [len(axis) for axis in axes]
     points, cells = [], []
     for axis, (edges, shares, _) in enumerate(crossings):
@@ -127,7 +135,7 @@ def surface_nets(bones, spacing):
     for axis, (_, _, inside_first) in enumerate(crossings):
         around = np.stack(corners[4 * axis : 4 * axis + 4], axis=1)
         quads.append(np.where(inside_first[:, None], around, around[:, ::-1]))
-    return vertices, split(vertices, np.concatenate(quads))
+    return vertices, np.concatenate(quads)
 
 
 def crossed_edges(bones, spacing):

@@ -22,7 +22,7 @@ PICTURES = pathlib.Path(os.environ["MEANVALUE_UI_PICTURES"])
 SIDEBAR_TAB = "Mean-Value"
 STEP_SECONDS = 0.01
 
-sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent)]
+sys.path[:0] = [str(HERE.parents[2]), str(HERE.parents[1]), str(HERE.parent)]
 from support import installed  # noqa: E402
 
 from harness import acting, status_bar, view  # noqa: E402
