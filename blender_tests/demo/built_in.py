@@ -4,8 +4,8 @@
 import numpy as np
 from support import steps
 
-from . import creature, motion, scene_mesh
-from .subject import Subject, View
+from . import creature, scene_mesh
+from .subject import Subject, View, bent_chord
 
 ANCHOR_AT = 0.70  # fraction of the lifted tentacle's length: just before its tip begins to roll
 # The region takes in the tentacle's whole root, so that the root turns with it. Its border crosses an eye, as
@@ -31,7 +31,7 @@ class Lift:
         """Where the anchor goes, (3,)."""
         rest = self._vertices[self.anchor]
         outwards = (rest - self.root) * [1.0, 1.0, 0.0]
-        return motion.bent_chord(rest, self.root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(degrees))
+        return bent_chord(rest, self.root, np.cross(outwards, [0.0, 0.0, 1.0]), np.radians(degrees))
 
 
 def octopus(model=None):

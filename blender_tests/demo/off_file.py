@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import DemoError
+from . import DemoError
 
 # OFF with optional normals, colours or texture coordinates; 4-D and n-D files have other columns.
 HEADER = re.compile(r"^(ST)?C?N?OFF$")

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from support import installed, meshes, steps
 
-from .errors import DemoError
+from . import DemoError
 
 ADDON = installed.PACKAGE
 

@@ -17,31 +17,21 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from demo import arguments, built_in, common_options, game_figure, pose, ready, report, stage, user_file
-from demo.character import run as character_run
-from demo.errors import DemoError
-from demo.example import run as example_run
-from demo.face import run as face_run
-from demo.joints import run as joints_run
-from demo.lift import run as lift_run
-from demo.mirror import run as mirror_run
-from demo.morph import run as morph_run
+import demo.character
+import demo.joints
+import demo.lift
+import demo.mirror
+from demo import DemoError, arguments, built_in, common_options, game_figure, pose, ready, report, stage, user_file
+from demo.example import run as example
+from demo.face import run as face
+from demo.morph import run as morph
 from demo.photograph import photograph
-from demo.rig import run as rig_run
-from demo.walk import run as walk_run
+from demo.rig import run as rig
+from demo.walk import run as walk
 
-# Demos with a command line of their own.
-SPECIAL = {
-    "walk": walk_run,
-    "morph": morph_run,
-    "rig": rig_run,
-    "example": example_run,
-    "face": face_run,
-    "joints": joints_run,
-    "lift": lift_run,
-    "mirror": mirror_run,
-    "character": character_run,
-}
+#: Demos with a command line of their own.
+SPECIAL = {"walk": walk, "morph": morph, "rig": rig, "example": example, "face": face}
+SPECIAL |= {"joints": demo.joints, "lift": demo.lift, "mirror": demo.mirror, "character": demo.character}
 
 
 def main(argv):

@@ -8,11 +8,10 @@ import numpy as np
 from mathutils import Matrix
 from mathutils.kdtree import KDTree
 
-from . import motion, photograph, pose, scene_mesh
+from . import DemoError, photograph, pose, scene_mesh
 from .arguments import UP_AXES
-from .errors import DemoError
 from .off_file import read_off
-from .subject import Subject
+from .subject import Subject, bent_chord
 
 #: How much of the figure, from below, are feet; of the size how far its surroundings
 #: follow, and where it bends; how it is lifted.
@@ -53,7 +52,7 @@ def farthest_lifted(obj):
     limb = np.flatnonzero(scene_mesh.connected_part(away <= BEND * size, place[vertex], place[scene_mesh.edges(obj)]))
     root = points[limb[away[limb] >= 0.9 * away[limb].max()]].mean(axis=0)
     axis = np.cross(seen[vertex] - root, (0.0, 0.0, 1.0))
-    target = motion.bent_chord(seen[vertex], root, axis / np.linalg.norm(axis), np.radians(LIFT_DEG))
+    target = bent_chord(seen[vertex], root, axis / np.linalg.norm(axis), np.radians(LIFT_DEG))
     return vertex, tuple(target - seen[vertex]), LIMB
 
 

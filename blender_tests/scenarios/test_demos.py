@@ -10,10 +10,10 @@ from support import meshes, steps
 
 from addon.capture.core import marker_sets
 from blender_tests.demo import arguments, built_in, game_figure, pictures, pose, ready, row, user_file
-from blender_tests.demo.character import run as character
+from blender_tests.demo.character import drag, dressed, measured
 from blender_tests.demo.example import run as example
-from blender_tests.demo.joints import run as joints
-from blender_tests.demo.mirror import run as mirror
+from blender_tests.demo.joints import SUBJECTS, add_body, both, off_rest
+from blender_tests.demo.mirror import both_poses, half_figure, raise_hand
 from blender_tests.demo.rig import figures
 from blender_tests.demo.walk import capture, gait, measures, strip, subjects
 from blender_tests.support import walking_figure
@@ -179,18 +179,18 @@ def test_examples_of_the_rig_halve_the_error_around_joints():
 
 
 def test_bones_are_more_rigid_at_joints():
-    make, moves, _azimuth = joints.SUBJECTS["finger"]
+    make, moves, _azimuth = SUBJECTS["finger"]
     figure = make()
-    everywhere, at_joints = joints.both(figure, joints.add_body(figure)[0], moves)
-    assert joints.off_rest(figure, at_joints) < 0.75 * joints.off_rest(figure, everywhere)
+    everywhere, at_joints = both(figure, add_body(figure)[0], moves)
+    assert off_rest(figure, at_joints) < 0.75 * off_rest(figure, everywhere)
 
 
 @pytest.mark.slow
 def test_what_a_character_wears_goes_along_whole():
-    body, worn = character.dressed(figures.walker(spacing=0.026))
-    character.drag(body)
+    body, worn = dressed(figures.walker(spacing=0.026))
+    drag(body)
     assert {line.object for line in body.meanvalue.along if line.is_taken} == {*worn}
-    below, skin, cloth = character.measured(body, worn)
+    below, skin, cloth = measured(body, worn)
     assert below < 0.003 and cloth < 1.1 * skin
     moved = []
     for obj in (body, bpy.data.objects["Shirt"]):
@@ -204,11 +204,11 @@ def test_what_a_character_wears_goes_along_whole():
 
 @pytest.mark.slow
 def test_the_seam_stays_in_its_plane():
-    obj, shoulder = mirror.half_figure(spacing=0.03)
+    obj, shoulder = half_figure(spacing=0.03)
     seam = np.abs(pose.positions(obj)[:, 0]) < 1e-6
     assert seam.sum() > 20
-    mirror.raise_hand(obj, shoulder)
-    alone, whole = mirror.both_poses(obj)
+    raise_hand(obj, shoulder)
+    alone, whole = both_poses(obj)
     assert np.abs(alone[seam, 0]).max() > 0.01
     assert np.abs(whole[seam, 0]).max() == 0.0
     assert np.abs(whole - pose.positions(obj)).max() > 0.2, "the hand is raised"

@@ -7,11 +7,11 @@ from support import bent_tubes
 
 from native.benchmarks import rigid
 
-from .. import pictures, pose, report, stage
-from ..example import limbs
-from ..example.run import draw_shapes, hold, posed
-from ..rig import figures
-from ..rig.run import add_body
+from . import pictures, pose, report, stage
+from .example import limbs
+from .example.run import draw_shapes, hold, posed
+from .rig import figures
+from .rig.run import add_body
 
 ABOUT = ("limbs that bend everywhere, and at the joints of their rigs",)
 DESCRIPTION = """\

@@ -7,9 +7,9 @@ import numpy as np
 from mathutils import Matrix, Vector
 from support import figure_body, steps, walking_figure
 
-from .. import pose, report, scene_mesh, stage
-from ..example.run import draw_shapes
-from ..rig.run import BODY_COLOUR
+from . import pose, report, scene_mesh, stage
+from .example.run import draw_shapes
+from .rig.run import BODY_COLOUR
 
 SPACING = 0.0125  # metres between vertices
 RAISED_DEG = 50.0

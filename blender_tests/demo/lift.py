@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from PIL import Image
 
-from .. import built_in, creature, markers, photograph, pose, stage
+from . import built_in, creature, markers, photograph, pose, stage
 
 ABOUT = ("an animated octopus",)
 DESCRIPTION = """\

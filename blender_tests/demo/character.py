@@ -7,9 +7,9 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 from support import meshes, steps
 
-from .. import markers, pictures, pose, ready, report, scene_mesh, stage
-from ..rig import figures
-from ..rig.run import add_body, turn
+from . import markers, pictures, pose, ready, report, scene_mesh, stage
+from .rig import figures
+from .rig.run import add_body, turn
 
 ABOUT = ("a clothed figure on a rig, posed by Grab: what it wears goes along, in objects of its own",)
 DESCRIPTION = """\
