@@ -6,6 +6,7 @@ import pytest
 
 meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH")
 
+from blender_tests.support import bent_tubes  # noqa: E402
 from native.benchmarks import generated_meshes  # noqa: E402
 
 ANCHORS = 8
@@ -19,12 +20,7 @@ def bar():
 
 
 def bent(vertices, angle):
-    """The bar with its upper half bent about x, sharply."""
-    middle = vertices[:, 2].mean()
-    share = np.clip((vertices[:, 2] - middle) / 0.5 + 0.5, 0, 1)
-    sine, cosine, height = np.sin(share * angle), np.cos(share * angle), vertices[:, 2] - middle
-    y = cosine * vertices[:, 1] - sine * height
-    return np.stack([vertices[:, 0], y, sine * vertices[:, 1] + cosine * height + middle], axis=1)
+    return bent_tubes.elbow(vertices, angle, 0.5)
 
 
 def test_weights_are_told_and_sum_to_one(bar):

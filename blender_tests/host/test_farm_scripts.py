@@ -3,20 +3,16 @@
 
 import os
 import pathlib
-import runpy
 import subprocess
 import sys
-import types
 
 import pytest
+from fuzz.cache_files import FARM
 
 from addon import errors
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "packaging" / "farm"
 SCRIPT = FOLDER / "slurm_submit.sh"
-
-farm = runpy.run_path(str(FOLDER / "meanvalue_farm.py"))
-farm["parse"].__globals__["addon"] = types.SimpleNamespace(errors=errors)
 
 SCONTROL = """#!/bin/bash
 echo "MaxArraySize            = {size}"
@@ -112,11 +108,11 @@ def test_a_submission_that_fails_ends_the_script(tmp_path):
     ],
 )
 def test_lists_of_frames(text, frames):
-    assert farm["parse"](text) == frames
-    assert farm["parse"](farm["spelled"](frames)) == frames
+    assert FARM.parse(text) == frames
+    assert FARM.parse(FARM.spelled(frames)) == frames
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "1,,2", "1.5", "4-1", "1-2-3", "1-99999999999"])
 def test_what_is_no_list_of_frames(text):
     with pytest.raises(errors.SceneError, match="Write"):
-        farm["parse"](text)
+        FARM.parse(text)

@@ -24,19 +24,12 @@ COMMON = """
 import gc, resource, sys
 sys.path.insert(0, {root!r})
 import numpy as np, meanvalue
-from blender_tests.support import stress
 from blender_tests.support.resident import resident_bytes
-
-def bar(vertices):
-    points, faces = stress.bar(vertices)
-    points = np.asarray(points, np.float64)
-    along = points[:, 0]
-    ends = (along < along.min() + 0.1) | (along > along.max() - 0.1)
-    return points, np.asarray(faces, np.int32), np.flatnonzero(ends).astype(np.int32)
+from blender_tests.support.stress import held_bar
 """
 
 BINDING = """
-points, faces, anchors = bar(1500)
+points, faces, anchors, _ = held_bar(1500, 0.05)
 sizes = []
 for number in range(20 + {binds}):
     deformer = meanvalue.Deformer(points, faces, anchors, method=("fast", "paper", "full")[number % 3])
@@ -52,7 +45,7 @@ print(first, last, bytes_of_one)
 """
 
 SHORT = """
-large, small = bar(150_000), bar(300)  # threads have reserved 64 MB each for their heaps, which count as used
+large, small = held_bar(150_000, 0.05)[:3], held_bar(300, 0.05)[:3]  # heaps of threads, 64 MB each, count as used
 meanvalue.Deformer(*small).solve(small[0][small[2]])  # what threads need is there
 expected = np.array(meanvalue.Deformer(*small).solve(small[0][small[2]]).vertices)
 virtual = 4096 * int(open("/proc/self/statm").read().split()[0])

@@ -69,7 +69,6 @@ def posed(vertices, triangles, **options):
 
 VARIANTS = {
     "triangles": lambda vertices, triangles: (vertices, triangles),
-    "quads": messy_variants.as_quads,
     "doubles": messy_variants.with_doubles,
     "cut": messy_variants.cut,
     "mirrored": lambda vertices, triangles: messy_variants.unjoined_halves(

@@ -8,21 +8,11 @@ meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on
 
 from addon.scene.core import sample_times  # noqa: E402
 from blender_tests.support import figure_body, rings, stress  # noqa: E402
+from blender_tests.support.stress import held_bar  # noqa: E402
 
 FRAMES = 60
 CHUNK = 16
 OVERLAP = 4
-
-
-def bar(vertices=600):
-    """(vertices, faces, anchors, pieces): both ends of a bar are handles."""
-    points, faces = stress.bar(vertices)
-    points = np.asarray(points, np.float64)
-    low, high = points[:, 0].min(), points[:, 0].max()
-    ends = 0.08 * (high - low)
-    is_left, is_right = points[:, 0] < low + ends, points[:, 0] > high - ends
-    anchors = np.flatnonzero(is_left | is_right).astype(np.int32)
-    return points, faces, anchors, is_right[anchors].astype(np.int32)
 
 
 def swing(points, anchors, pieces, frames=FRAMES):
@@ -43,7 +33,7 @@ def diagonal(points):
 
 @pytest.fixture(scope="module")
 def clip():
-    points, faces, anchors, pieces = bar()
+    points, faces, anchors, pieces = held_bar(600)
     deformer = meanvalue.Deformer(points, faces, anchors, handles=pieces)
     targets = swing(points, anchors, pieces)
     whole = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=1)
@@ -335,7 +325,7 @@ def test_targets_of_another_form_are_named(clip):
 
 
 def test_what_single_precision_cannot_hold_is_refused_or_told():
-    points, faces, anchors, pieces = bar(200)
+    points, faces, anchors, pieces = held_bar(200)
     targets = np.repeat(points[anchors][None], 4, axis=0)
     huge = meanvalue.Deformer(1e39 * points, faces, anchors, handles=pieces)
     with pytest.raises(meanvalue.InvalidInput, match=r"rest shape has coordinates up to .* single precision"):
@@ -354,7 +344,7 @@ def test_what_single_precision_cannot_hold_is_refused_or_told():
 @pytest.fixture(scope="module")
 def soft():
     """A bar by twelve soft single vertices, and its targets swung."""
-    points, faces, anchors, pieces = bar(2600)
+    points, faces, anchors, pieces = held_bar(2600)
     chosen = np.linspace(0, len(points) - 1, 12).astype(np.int32)
     posed = meanvalue.Deformer(points, faces, anchors, handles=pieces).solve_sequence(
         swing(points, anchors, pieces, 24)
@@ -421,7 +411,7 @@ def test_anchors_come_and_go_along_a_clip(soft):
 @pytest.mark.parametrize("vertices", [300, 3000])
 def test_a_part_whose_anchors_all_count_nothing_is_where_a_solve_from_rest_has_it(vertices):
     """Also beside another part that goes on, and in meshes with coarse levels, which go on from the frame before."""
-    one, faces, _, _ = bar(vertices)
+    one, faces, _, _ = held_bar(vertices)
     size = diagonal(one)
     aside = np.array([0.0, size, 0.0])
     points, faces = np.vstack([one, one + aside]), np.vstack([faces, faces + len(one)])
@@ -492,7 +482,7 @@ def test_wrong_weights_are_named(soft, weights, words):
 
 
 def test_a_hard_anchor_can_not_be_freed():
-    points, faces, anchors, pieces = bar(200)
+    points, faces, anchors, pieces = held_bar(200)
     deformer = meanvalue.Deformer(points, faces, anchors, handles=pieces)
     with pytest.raises(meanvalue.InvalidInput, match="met exactly"):
         deformer.solve(points[anchors], weights=np.full(len(anchors), 0.5))
@@ -509,7 +499,7 @@ def test_wrong_weights_of_a_clip_are_named_with_their_frame(soft, wrong):
 
 def test_more_freed_anchors_than_columns_are_kept_of():
     """Those that lose most are corrected, so that the answer stays that of a bind without them."""
-    points, faces, _, _ = bar(4000)
+    points, faces, _, _ = held_bar(4000)
     chosen = np.linspace(0, len(points) - 1, 400).astype(np.int32)
     targets = points[chosen] + 0.1 * np.sin(points[chosen])
     weights = np.ones(len(chosen))

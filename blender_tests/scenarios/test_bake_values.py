@@ -25,6 +25,17 @@ def is_near(obj, truth, error=0.05):
     return np.quantile(np.abs(marked_face.keyed(obj, FRAMES[: len(truth)]) - truth), 0.95) < error
 
 
+def assert_seen(face, truth, carried=None):
+    """With its values, and where the captured head was; carried: 4 x 4, by bones that are posed besides."""
+    for frame in (1, 16, 47):
+        bpy.context.scene.frame_set(frame)
+        world = np.array(face.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
+        seen = meshes.seen(face) @ world[:3, :3].T + world[:3, 3]
+        turn = (np.eye(4) if carried is None else carried) @ faces.head_motion(60)[frame - 1]
+        wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
+        assert np.abs(seen - wanted).max() < 0.002, (face.rotation_mode, frame)
+
+
 def with_take(obj, tmp_path, picked=marked_face.PICKED, **damage):
     truth = faces.values()
     vertices = marked_face.captured(tmp_path / "face.trc", obj, truth, **damage)
@@ -62,12 +73,7 @@ def test_the_head_s_motion_goes_onto_the_object_or_is_dropped(face, tmp_path):
         bpy.context.scene.frame_set(1)
         face.rotation_mode = mode
         assert bake(replace=True, tolerance=0.0, **HEAD) == {'FINISHED'}
-        for frame in (1, 16, 47):
-            bpy.context.scene.frame_set(frame)
-            seen = meshes.seen(face) @ np.array(face.matrix_world)[:3, :3].T + np.array(face.matrix_world)[:3, 3]
-            turn = faces.head_motion(60)[frame - 1]
-            wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
-            assert np.abs(seen - wanted).max() < 0.002, (mode, frame)
+        assert_seen(face, truth)
         assert np.allclose(face.scale, 1.0, atol=1e-6)
 
 
@@ -100,13 +106,7 @@ def test_the_head_s_motion_goes_onto_a_bone(face, tmp_path, kind):
         rig.pose.bones["Head"].rotation_mode = mode
         assert bake(head_motion='BONE', bone="Head", replace=True, tolerance=0.0, **HEAD) == {'FINISHED'}
         assert face.animation_data is None
-        for frame in (1, 16, 47):
-            bpy.context.scene.frame_set(frame)
-            evaluated = np.array(face.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)
-            seen = meshes.seen(face) @ evaluated[:3, :3].T + evaluated[:3, 3]
-            turn = carried @ faces.head_motion(60)[frame - 1]
-            wanted = faces.mixed(truth[frame - 1]) @ turn[:3, :3].T + turn[:3, 3]
-            assert np.abs(seen - wanted).max() < 0.002, (mode, frame)
+        assert_seen(face, truth, carried)
     face.data.shape_keys.animation_data_clear()
     with pytest.raises(RuntimeError, match="of 'Head' is animated already"):
         bake(head_motion='BONE', bone="Head", **HEAD)

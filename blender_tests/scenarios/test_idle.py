@@ -4,7 +4,6 @@
 import sys
 
 import bpy
-import numpy as np
 import pytest
 from support import handles, libraries, meshes, steps
 from support.handles import TOP, follows
@@ -51,38 +50,22 @@ def test_a_frame_of_a_scene_without_us_costs_the_same_for_any_number_of_meshes()
     assert counts[0] == counts[1] and counts[1] < 60, counts
 
 
-def duplicate(obj):
-    meshes.activate(obj)
-    bpy.ops.object.duplicate()
-    bpy.context.object.meanvalue.handles["Top"].control = bpy.data.objects.new("Own", None)
-    bpy.context.collection.objects.link(bpy.data.objects["Own"])
-    return bpy.context.object
-
-
-def append(obj, path, link=False):
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-    bpy.data.objects.remove(obj.meanvalue.handles["Top"].control)
-    bpy.data.objects.remove(obj)
-    handles.update()
-    return next(each for each in libraries.load(path, "objects", link=link) if each.type == 'MESH')
-
-
-@pytest.mark.parametrize("how", ["turned on", "duplicated", "appended", "made local", "undone"])
+@pytest.mark.parametrize("how", ["turned on", "made local", "undone"])
 def test_what_becomes_live_is_noticed(how, tmp_path, part):
-    obj, _control = handles.tube(live=how != "turned on")
+    obj, control = handles.tube(live=how != "turned on")
     handles.update()
+    if how == "made local":
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "live.blend"), copy=True)
+        bpy.data.batch_remove([obj, control])
+        obj = next(
+            each for each in libraries.load(tmp_path / "live.blend", "objects", link=True) if each.type == 'MESH'
+        )
+        handles.update()
     part("live.roll").forget()
     part("scene.object_model").clear()
     if how == "turned on":
         obj.meanvalue.live = True
-    elif how == "duplicated":
-        obj = duplicate(obj)
-    elif how == "appended":
-        obj = append(obj, tmp_path / "live.blend")
     elif how == "made local":
-        obj = append(obj, tmp_path / "live.blend", link=True)
-        handles.update()
-        part("scene.object_model").clear()
         name = obj.name
         bpy.ops.object.make_local(type='ALL')
         obj = bpy.data.objects[name]
@@ -90,5 +73,4 @@ def test_what_becomes_live_is_noticed(how, tmp_path, part):
         part("handlers").meanvalue_look_again()
     handles.update()
     handles.move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
-    assert np.isfinite(handles.shown(obj)).all()
-    assert how == "duplicated" or follows(obj, (1.0, 0.0, 0.0), TOP)
+    assert follows(obj, (1.0, 0.0, 0.0), TOP)

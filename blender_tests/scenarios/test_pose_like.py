@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 from support import farm, meshes, steps
 from support.baking import save
+from support.bent_tubes import elbow
 
 RINGS, SEGMENTS = 33, 8
 
 
 def bent(rest, angle):
-    """A limb along z, bent about x like an elbow: nearly all of it in its middle."""
-    height = rest[:, 2] - rest[:, 2].mean()
-    turn = angle * np.clip(height / 2.4 + 0.5, 0.0, 1.0)
-    y = np.cos(turn) * rest[:, 1] - np.sin(turn) * height
-    z = np.sin(turn) * rest[:, 1] + np.cos(turn) * height + rest[:, 2].mean()
-    return np.stack([rest[:, 0], y, z], axis=1)
+    return elbow(rest, angle, 2.4)
 
 
 @pytest.fixture
@@ -95,12 +91,11 @@ def test_with_merged_vertices_and_a_plane_of_symmetry(limb):
 
 def arms(rest, upper, lower):
     """Two limbs along z that meet at 0, each bent about x in its middle."""
-    elbow = 0.5 * np.where(rest[:, 2] < 0.0, -1.0, 1.0) * rest[:, 2].max()
-    height = rest[:, 2] - elbow
-    share = np.clip(np.sign(elbow) * height / 1.2 + 0.5, 0.0, 1.0)
-    turn = np.where(elbow > 0.0, upper, -lower) * share
-    y = np.cos(turn) * rest[:, 1] - np.sin(turn) * height
-    return np.stack([rest[:, 0], y, np.sin(turn) * rest[:, 1] + np.cos(turn) * height + elbow], axis=1)
+    down, mirror = rest[:, 2] < 0.0, (1.0, 1.0, -1.0)
+    shape = rest.copy()
+    shape[~down] = elbow(rest[~down], upper, 1.2)
+    shape[down] = elbow(rest[down] * mirror, lower, 1.2) * mirror
+    return shape
 
 
 def test_one_arm_is_an_example_for_both_where_they_are_symmetric():

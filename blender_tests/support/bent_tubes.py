@@ -24,6 +24,15 @@ def bent(vertices, angle_deg):
     return np.stack([x, radius - (radius - y) * np.cos(along), (radius - y) * np.sin(along)], axis=1)
 
 
+def elbow(vertices, angle_rad, width):
+    """All of the bend, about x, within `width` around the middle of its height."""
+    middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
+    height = vertices[:, 2] - middle
+    turn = angle_rad * np.clip(height / width + 0.5, 0.0, 1.0)
+    y = np.cos(turn) * vertices[:, 1] - np.sin(turn) * height
+    return np.stack([vertices[:, 0], y, np.sin(turn) * vertices[:, 1] + np.cos(turn) * height + middle], axis=1)
+
+
 def twisted(vertices, angle_deg):
     """Cross-sections turned evenly along the middle line."""
     angle = np.radians(angle_deg) * vertices[:, 2] / BAR_LENGTH

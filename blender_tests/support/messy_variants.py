@@ -4,36 +4,6 @@
 import numpy as np
 
 
-def edges_of(triangles):
-    """(3 m x 2 vertex numbers, ascending, 3 m triangle numbers)."""
-    edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    return np.sort(edges, axis=1), np.repeat(np.arange(len(triangles)), 3)
-
-
-def as_quads(vertices, triangles):
-    """Pairs of triangles made quads, whose other diagonal splits them."""
-    edges, owners = edges_of(triangles)
-    order = np.lexsort(edges.T[::-1])
-    edges, owners = edges[order], owners[order]
-    starts = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
-    result, is_used = triangles.copy(), np.zeros(len(triangles), bool)
-    for at in starts:
-        one, other = owners[at], owners[at + 1]
-        if one == other or is_used[one] or is_used[other]:
-            continue
-        a, b = edges[at]
-        row = triangles[one].tolist()
-        if row[(row.index(a) + 1) % 3] != b:
-            a, b = b, a
-        (c,), far = set(row) - {int(a), int(b)}, set(triangles[other].tolist()) - {int(a), int(b)}
-        if len(far) != 1 or far == {c}:
-            continue
-        (d,) = far
-        result[one], result[other] = (a, d, c), (d, b, c)
-        is_used[[one, other]] = True
-    return vertices, result
-
-
 def with_doubles(vertices, triangles, share=0.02, seed=3):
     """Every so many triangles get corners of their own: holes in the surface, and loose triangles in them."""
     chosen = np.random.default_rng(seed).random(len(triangles)) < share
@@ -58,10 +28,10 @@ def unjoined_halves(vertices, triangles, gap):
     kept = triangles[(vertices[triangles][:, :, 0] > middle).all(axis=1)]
     numbers, own = np.unique(kept, return_inverse=True)
     half = vertices[numbers].copy()
-    edges, _ = edges_of(own.reshape(-1, 3))
+    own = own.reshape(-1, 3)
+    edges = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     single, uses = np.unique(edges, axis=0, return_counts=True)
     half[np.unique(single[uses == 1]), 0] = middle  # the seam
     half[:, 0] += 0.5 * gap
     image = half * [-1.0, 1.0, 1.0] + [2.0 * middle, 0.0, 0.0]
-    own = own.reshape(-1, 3)
     return np.concatenate([half, image]), np.concatenate([own, own[:, ::-1] + len(half)]).astype(np.int32)

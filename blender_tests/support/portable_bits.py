@@ -35,11 +35,7 @@ def make(path):
     """Bars held at one end; the other is turned by 180, 120 and 60 degrees, or soft. Examples are twisted bars."""
     arrays = {}
     for size in SIZES:
-        points, faces = stress.bar(size)
-        points = np.asarray(points, np.float64)
-        ends = points[:, 0] < points[:, 0].min() + 0.1, points[:, 0] > points[:, 0].max() - 0.1
-        anchors = np.flatnonzero(ends[0] | ends[1])
-        pieces = ends[1][anchors].astype(np.int32)
+        points, faces, anchors, pieces = stress.held_bar(size, 0.05)
         turn = np.array([[0.5, -(0.75**0.5), 0.0], [0.75**0.5, 0.5, 0.0], [0.0, 0.0, 1.0]])
         poses = np.repeat(points[anchors][None], 3, axis=0)
         for pose, times in zip(poses, (3, 2, 1), strict=True):

@@ -56,6 +56,14 @@ class Report:
     wrong: list = field(default_factory=list)  # in words
 
 
+def held_bar(vertex_count, share=0.08):
+    """(vertices, faces, anchors, pieces): what is within a share of the length of either side is a handle."""
+    points, faces = bar(vertex_count)
+    along = (points[:, 0] - points[:, 0].min()) / np.ptp(points[:, 0])
+    anchors = np.flatnonzero((along < share) | (along > 1.0 - share)).astype(np.int32)
+    return points, faces, anchors, (along[anchors] > 0.5).astype(np.int32)
+
+
 def case(name, vertices, faces, *, solve=None, **options):
     """Its lowest and highest parts are anchors; the upper one turns, rises and leans."""
     height = (vertices[:, 2] - vertices[:, 2].min()) / np.ptp(vertices[:, 2])
