@@ -74,7 +74,7 @@ def meanvalue_look_again(*_):
 @persistent
 def meanvalue_another_file(*_):
     session.cache.clear()
-    engine.render_ended()
+    engine.meanvalue_render_ended()
     _begin()
 
 
@@ -88,16 +88,6 @@ def meanvalue_save(*_):
     _tell(ALL.about_to_save)
 
 
-@persistent
-def meanvalue_render_started(*_):
-    engine.render_started()
-
-
-@persistent
-def meanvalue_render_ended(*_):
-    engine.render_ended()
-
-
 _HANDLERS = (
     ("depsgraph_update_post", meanvalue_scene_updated),
     ("frame_change_post", meanvalue_frame_changed),
@@ -108,9 +98,9 @@ _HANDLERS = (
     ("load_pre", meanvalue_leave_file),
     ("load_post", meanvalue_another_file),
     ("save_pre", meanvalue_save),
-    ("render_init", meanvalue_render_started),
-    ("render_complete", meanvalue_render_ended),
-    ("render_cancel", meanvalue_render_ended),
+    ("render_init", engine.meanvalue_render_started),
+    ("render_complete", engine.meanvalue_render_ended),
+    ("render_cancel", engine.meanvalue_render_ended),
 )
 
 

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Registers the rooms, in order, their pages of the guide and the add-on's preferences, and takes all of it back."""
+"""Registers the rooms, in order, their pages of the guide and the add-on's preferences, and takes all of it back. Each
+room says what of its own is kept on an object (`object.meanvalue`) and on a collection (`collection.meanvalue`)."""
 
 import importlib
 import pathlib
 
 import bpy
+from bpy.props import PointerProperty
 
-from . import handlers, properties, rooms, wording
+from . import handlers, ids, rooms, wording
 from .scene import object_model
+from .scene.baked import MEANVALUE_PG_baked
+from .scene.declarations import aside
 from .solver import job, native_loader, session
 from .widgets import base, overlay, panels
 
@@ -63,9 +67,21 @@ class MEANVALUE_AP_preferences(bpy.types.AddonPreferences):  # noqa: N801  Blend
         row.operator("meanvalue.copy_system_info", text="Copy System Info for a Bug Report", icon='URL')
 
 
-#: But for groups of settings, see properties.py.
-CLASSES = [MEANVALUE_AP_preferences, *(each for room in ROOMS for each in room.classes)]
-CLASSES = [each for each in CLASSES if not issubclass(each, bpy.types.PropertyGroup)]
+class MEANVALUE_PG_settings(bpy.types.PropertyGroup):  # noqa: N801
+    """Settings of Mean-Value Deform for one object"""
+
+    __annotations__ = {"baked": aside(PointerProperty)(type=MEANVALUE_PG_baked)}
+    __annotations__.update({name: setting for room in ROOMS for name, setting in room.settings.items()})
+
+
+_classes = [MEANVALUE_PG_baked, *(each for room in ROOMS for each in room.classes), MEANVALUE_PG_settings]
+#: Groups of settings first, each behind those that it has.
+CLASSES = sorted([*_classes, MEANVALUE_AP_preferences], key=lambda each: not issubclass(each, bpy.types.PropertyGroup))
+
+#: What has settings, and which.
+OWNERS = {bpy.types.Object: MEANVALUE_PG_settings}
+for _kind in filter(None, (room.of_collections for room in ROOMS)):
+    OWNERS[bpy.types.Collection] = _kind
 
 #: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.
 MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
@@ -77,9 +93,10 @@ def register():
     if package != __package__:
         raise RuntimeError(f"Another copy of Mean-Value Deform is on ({package}). Untick it, then tick this one")
     native_loader.forget()
-    properties.register(ROOMS)
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    for owner, kind in OWNERS.items():
+        setattr(owner, ids.OBJECT_PROPERTY, PointerProperty(type=kind))
     rooms.take_in(ROOMS)
     handlers.register()
     for menu, draw in rooms.ALL.blender_menus:
@@ -100,9 +117,10 @@ def unregister():
         menu.remove(draw)
     handlers.unregister()
     rooms.take_in(())
+    for owner in OWNERS:
+        delattr(owner, ids.OBJECT_PROPERTY)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
-    properties.unregister(ROOMS)
     job.cancel_all()
     object_model.clear()
     session.cache.clear()

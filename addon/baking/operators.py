@@ -9,7 +9,7 @@ from ..errors import MeanValueError, require_none
 from ..live import engine
 from ..posing.bridge import scene_input
 from ..posing.operators.pose import remove_what_was_made
-from ..scene import baked, subject
+from ..scene import baked, subject, worn
 from ..scene.baked import TO_CACHE, TO_KEYS
 from ..scene.core import sample_times
 from ..widgets.background import BackgroundOperator
@@ -27,11 +27,10 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     problems = (lambda obj: None if baked.source(obj) or bones.is_seen(obj) else scene_input.unheld_problem(obj),)
 
     __annotations__ = {
-        **properties.unsaved(properties.OPTIONS),
+        **properties.OPTIONS,
         "confirm": BoolProperty(
             name="Confirm",
             description="Bake even if the result is large, or replaces a file that is no earlier bake of this object",
-            options={'SKIP_SAVE'},
         ),
     }
 
@@ -123,12 +122,13 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
     keep_bake: BoolProperty(
         name="Keep Bake, Remove Handles",
         description="The bake stays and plays without the add-on; handles, pins and what was made for them go",
-        options={'SKIP_SAVE'},
     )
 
     def run(self, obj):
-        for each in playing.baked_with(obj):
-            (playing.keep if self.keep_bake else playing.take_back)(each)
+        along = [each for _, each in worn.listed(obj) if each.meanvalue.baked.target]
+        for each in (obj, *along):
+            if each == obj or not each.meanvalue.handles:  # what has handles has a bake of its own
+                (playing.keep if self.keep_bake else playing.take_back)(each)
         if self.keep_bake:
             return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
         scene = bpy.context.scene

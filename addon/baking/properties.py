@@ -70,14 +70,6 @@ class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     __annotations__ = {**OPTIONS, "mark": StringProperty(options={'HIDDEN'})}
 
 
-def unsaved(options):
-    """OPTIONS or the like for an operator: what is not given is taken from the settings, not from the last call."""
-    return {
-        name: option.function(**{**option.keywords, "options": {*option.keywords.get("options", ()), 'SKIP_SAVE'}})
-        for name, option in options.items()
-    }
-
-
 def chosen(operator, settings, options):
     """The values of OPTIONS or the like: what is set of the operator's own properties, and else the settings."""
     is_set = operator.properties.is_property_set

@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..posing.handle_properties import IDENTITY
+from ..posing.properties import IDENTITY
 from ..scene.declarations import aside
 from .bridge import marker_pairs, match_input, takes
 

@@ -5,6 +5,7 @@ import contextlib
 import traceback
 
 import bpy
+from bpy.app.handlers import persistent
 
 from .. import compat, wording
 from ..scene import kept, object_model, views
@@ -93,14 +94,16 @@ def look_for_live_objects():
     _schedule()
 
 
-def render_started():
+@persistent
+def meanvalue_render_started(*_):
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
     render_notes.begin([obj.name for _key, obj, follower in roll.known() if follower.is_behind(obj)])
 
 
-def render_ended():
+@persistent
+def meanvalue_render_ended(*_):
     """May be called on the thread that renders: only tells."""
     global _is_rendering
     _is_rendering = False
@@ -109,7 +112,7 @@ def render_ended():
 def _notice_end_of_rendering():
     """A render that fails to start never tells that it ended."""
     if _is_rendering and (bpy.app.background or not bpy.app.is_job_running('RENDER')):
-        render_ended()
+        meanvalue_render_ended()
 
 
 # Following
@@ -195,7 +198,7 @@ def forget():
 
 def shut_down():
     forget()
-    render_ended()
+    meanvalue_render_ended()
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
 

@@ -29,7 +29,6 @@ need the same faces"""
     part: StringProperty(
         name="Part",
         description="Graft a part of the other mesh, where this vertex group has weights. Left empty: the whole shape",
-        options={'SKIP_SAVE'},
     )
     name: StringProperty(name="Name", description="Name of the new shape key. Left empty: that of the source")
     value: FloatProperty(name="Value", description="Where the slider is at first", default=1.0, min=0.0, max=1.0)
@@ -90,7 +89,6 @@ class MEANVALUE_OT_bake_mix(BackgroundOperator, bpy.types.Operator):
     remove: bpy.props.BoolProperty(
         name="Remove",
         description="Take away the in-between keys that are there. The sliders mix in straight lines then, or live",
-        options={'SKIP_SAVE'},
     )
 
     def prepare(self, obj):

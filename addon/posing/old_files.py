@@ -7,7 +7,7 @@ import bpy
 from .. import compat, ids, wording
 from ..scene import kept, mirrors, pose_key, shape_keys, subject, views
 from .bridge import control_places, controls, region, scene_input
-from .handle_properties import MEANVALUE_PG_handle
+from .properties import MEANVALUE_PG_handle
 
 #: What controls.choose() sets, and what is stored otherwise.
 _SET_APART = {"follows", "control", "attached", "attached_bone", "rest_relation", "made_control", "made_group"}

@@ -5,7 +5,7 @@ import bpy
 
 from ..rooms import Room
 from ..scene import along, subject, worn
-from . import handle_properties, old_files, properties
+from . import old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
 from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
@@ -43,7 +43,7 @@ ROOM = Room(
         "meanvalue.select_problems": "messy_meshes",
     },
     modules=(
-        *(handle_properties, properties),
+        properties,
         *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
         *(panel, menus),
     ),

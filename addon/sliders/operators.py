@@ -6,7 +6,7 @@ import numpy as np
 from bpy_extras.io_utils import ImportHelper
 
 from .. import wording
-from ..baking.properties import chosen, unsaved
+from ..baking.properties import chosen
 from ..errors import MotionFileError, SceneError
 from ..live import engine
 from ..posing.bridge import scene_input, targets
@@ -101,7 +101,7 @@ class MEANVALUE_OT_bake_values(BackgroundOperator, bpy.types.Operator):
     doing = "Baking values of"
     problems = (key_shapes.curves_problem, value_baking.problem)
 
-    __annotations__ = unsaved(properties.OPTIONS)
+    __annotations__ = dict(properties.OPTIONS)
 
     def prepare(self, obj):
         options = chosen(self, obj.meanvalue.bake_values, properties.OPTIONS)

@@ -65,7 +65,7 @@ class BackgroundOperator(ModalOperator, MeshOperator):
     def run(self, obj):
         self.remember_object(obj)
         try:
-            return result_of(self._all_steps())
+            return result_of(self._all_steps(), lambda _progress: self._job and self._job.wait())
         finally:
             self._let_go()
 
@@ -130,15 +130,12 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         if prepared is None:
             return self.finish(self.object(), None, None)
         yield from _in_slices(self.before(prepared))
-        if self._steps is None:  # called to execute
-            outcome = result_of(prepared.work(None), lambda task: task.wait())
-        else:
-            self._job = Job(prepared.work)
-            while not self._job.is_finished:
-                yield self.job_progress()
-            outcome = self._job.result()
-            if self._job.is_cancelled:  # at the very moment when it was ready
-                raise CancelledError(self.stopped())
+        self._job = Job(prepared.work)
+        while not self._job.is_finished:
+            yield self.job_progress()
+        outcome = self._job.result()
+        if self._job.is_cancelled:  # at the very moment when it was ready
+            raise CancelledError(self.stopped())
         if self._timer is not None:  # Blender went on since the scene was read
             prepared.require_unchanged(self.object())
         yield from _in_slices(self.after(prepared))

@@ -83,7 +83,8 @@ class ModalOperator(Reporting):
 
 class MeshOperator(Reporting):
     """Mix-in for operators on the mesh that the artist works on, or on what else worked_on() finds. Subclasses define
-    run(obj): it returns (message, [notes]), or raises MeanValueError before it has changed anything."""
+    run(obj): it returns (message, [notes]), or raises MeanValueError before it has changed anything. What is not given
+    has its default, not what it had in the last call; but for those that have presets."""
 
     bl_options = {'REGISTER', 'UNDO'}
 
@@ -100,6 +101,12 @@ class MeshOperator(Reporting):
 
     #: Name of a property that makes another button of the operator, with its own description; or "".
     switch = ""
+
+    def __init_subclass__(cls):
+        super().__init_subclass__()
+        for name, option in cls.__annotations__.items() if 'PRESET' not in cls.bl_options else ():
+            options = {*option.keywords.get("options", ()), 'SKIP_SAVE'}
+            cls.__annotations__[name] = option.function(**{**option.keywords, "options": options})
 
     @classmethod
     def description(cls, _context, properties):

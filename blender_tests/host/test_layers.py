@@ -130,7 +130,7 @@ def imported_names(path):
 
 def height(parts):
     """Of a file, or of a module that is imported, in its room: a number that rises from core/ on."""
-    inner = parts[1].removesuffix(".py").removeprefix("handle_") if len(parts) > 1 else ""
+    inner = parts[1].removesuffix(".py") if len(parts) > 1 else ""
     return INSIDE.index(inner) if inner in INSIDE else len(INSIDE)
 
 

@@ -267,10 +267,10 @@ def test_a_bind_goes_on_anew_where_the_mesh_was_changed_in_a_render(timers, part
     engine = part("live.engine")
     with monkeypatch.context() as rendering:
         rendering.setattr(engine, "_notice_end_of_rendering", lambda: None)
-        engine.render_started()
+        engine.meanvalue_render_started()
         obj.data.vertices.add(1)
         update()
-    engine.render_ended()
+    engine.meanvalue_render_ended()
     part("live.render_notes").forget()  # there is no window to tell in that the render shows less
     monkeypatch.undo()  # the next bind is quick
     timers.run(1.0)

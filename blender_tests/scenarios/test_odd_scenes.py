@@ -113,12 +113,12 @@ def test_a_render_right_after_a_drag_is_told(part, untold):
     with interface() as timers:
         _obj, control = handles.tube()
         timers.run(0.1)
-        engine.render_started()
+        engine.meanvalue_render_started()
         assert not untold
-        engine.render_ended()
+        engine.meanvalue_render_ended()
         move(control, (1.0, 0.0, 0.0))
-        engine.render_started()
-        engine.render_ended()
+        engine.meanvalue_render_started()
+        engine.meanvalue_render_ended()
         assert len(untold) == 1 and "render again" in untold[0]
         untold.clear()  # a popup needs a window
 

@@ -8,9 +8,10 @@ import bpy
 import numpy as np
 
 from ...compat import session_key
-from ...errors import CancelledError, SceneError
+from ...errors import CancelledError, SceneError, require_none
 from ...scene import along, baked, frames, shape_keys, worn
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS
+from ...scene.core import whole_files
 from ...solver.core.fingerprint import digest
 from ...wording import counted
 from ..core import bake_times, point_cache
@@ -53,7 +54,11 @@ class Baking:
             first = homes.setdefault(str(path).casefold(), each)
             if shown and first != each:
                 raise SceneError(f"'{first.name}' and '{each.name}' would be baked to one file. Rename one of them")
-            preparing.require_fit(each, self.times, own, path)
+            whole_files.require_place(path)
+            doubts = preparing.doubts(each, self.times, own, path)
+            if doubts and not options.confirm:
+                raise SceneError(". ".join([*doubts, "If that is what you want, bake with confirm=True"]))
+            require_none(preparing.target_problem(each, own))
 
     def sample(self, find):
         """Generator of the share that is done. find() returns the object. @throws SceneError."""

@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids
-from ...scene import actions, baked, declarations, pose_key, rig_space, shape_keys, worn
+from ...scene import actions, baked, declarations, pose_key, rig_space, shape_keys
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -99,11 +99,6 @@ def keys_problem(obj):
         if other != obj and other.data == obj.data and other.meanvalue.baked.target == TO_KEYS:
             return f"The mesh is shared with '{other.name}', whose keys play its bake. Bake to a point cache"
     return shape_keys.absolute_problem(obj)
-
-
-def baked_with(obj):
-    """The mesh, and what else a bake of it plays in: what has handles has a bake of its own."""
-    return [obj, *(each for _, each in worn.listed(obj) if each.meanvalue.baked.target and not each.meanvalue.handles)]
 
 
 def take_back(obj):

@@ -7,7 +7,7 @@ import uuid
 import bpy
 
 from ... import wording
-from ...errors import SceneError, require_none
+from ...errors import SceneError
 from ...ids import CACHE_FOLDER
 from ...scene import baked, frames
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS
@@ -32,15 +32,6 @@ def times_of(scene, obj, options):
     elif options.frame_range == 'ANIMATION':
         first, last = frames.moved_range(scene, (baked.source(obj) or handle_source).animated(obj))
     return bake_times.sample_times(first, last, options.samples)
-
-
-def require_fit(obj, times, options, path):
-    """@throws SceneError, CacheError if `obj` cannot be baked so; nothing was changed then."""
-    whole_files.require_place(path)
-    asked = doubts(obj, times, options, path)
-    if asked and not options.confirm:
-        raise SceneError(". ".join([*asked, "If that is what you want, bake with confirm=True"]))
-    require_none(target_problem(obj, options))
 
 
 def target_problem(obj, options):

@@ -52,7 +52,7 @@ def follow_rig(obj, handle, rig_transform):
     """Puts the control, if it is one that Add Handle made, to where the rig has its handle; it keeps its channels."""
     wanted = rig_transform @ motion.affine(frame_of(handle))
     if follows_rig(obj, handle) and not motion.same(_parent_inverse(handle.control), wanted):
-        handle.control.matrix_parent_inverse = to_blender(wanted)
+        handle.control.matrix_parent_inverse = Matrix(wanted)
         handle.control_carried = _parent_inverse(handle.control).ravel()
 
 
@@ -117,15 +117,11 @@ def world_of(handle):
 
 def put(handle, world):
     """Puts the control to 4 x 4 `world`."""
-    control, place, bone = handle.control, to_blender(world), bone_of(handle)
+    control, place, bone = handle.control, Matrix(world), bone_of(handle)
     if bone is None:
         control.matrix_world = place
     else:
         bone.matrix = control.matrix_world.inverted_safe() @ place
-
-
-def to_blender(matrix):
-    return Matrix(matrix.tolist())
 
 
 def reset(obj, handles):

@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from mathutils import Color
+from mathutils import Color, Matrix
 
 from ... import compat, ids, wording
 from ...errors import require_none
@@ -139,7 +139,7 @@ def add_control(obj, handle, rest_points):
     middle = motion.apply(move_now, rest_points.mean(axis=0, dtype=np.float64))
     place = motion.affine(move_now[:3, :3] @ frame, middle)
     handle.rest_relation = (np.linalg.inv(move_now) @ place).ravel()
-    control.matrix_basis = control_places.to_blender(np.linalg.inv(motion.affine(frame)) @ place)
+    control.matrix_basis = Matrix(np.linalg.inv(motion.affine(frame)) @ place)
     (transform,) = control_places.rig_transforms(obj, [handle])
     control_places.follow_rig(obj, handle, transform)
     return control

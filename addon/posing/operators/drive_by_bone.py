@@ -218,26 +218,22 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     problems = (_problem,)
     switch = "remove"
 
-    now: bpy.props.BoolProperty(
-        name="As Posed Now", description="At the pose that the rig has now, not the one kept", options={'SKIP_SAVE'}
-    )
+    now: bpy.props.BoolProperty(name="As Posed Now", description="At the pose that the rig has now, not the one kept")
     bone: bpy.props.StringProperty(
-        name="Bone", description="If empty: those that were posed when it was kept, or are now", options={'SKIP_SAVE'}
+        name="Bone", description="If empty: those that were posed when it was kept, or are now"
     )
     axis: bpy.props.EnumProperty(
         name="Axis",
         description="The bone's own axis that it turns around",
         items=[(axis, axis, f"Around the bone's {axis}") for axis in "XYZ"],
-        options={'SKIP_SAVE'},
     )
     angle: bpy.props.FloatProperty(
         name="Angle",
         description="Where the pose is fully on. If it was never given: as the bone is turned now",
         subtype='ANGLE',
-        options={'SKIP_SAVE'},
     )
     remove: bpy.props.BoolProperty(
-        name="Remove", description="Take its driver away, and those of other poses of its bones", options={'SKIP_SAVE'}
+        name="Remove", description="Take its driver away, and those of other poses of its bones"
     )
 
     def invoke(self, context, _event):

@@ -36,19 +36,13 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
     pin: bpy.props.BoolProperty(
         name="Pin",
         description="Pin the selected vertices (Edit Mode) or the active vertex group where they are at rest",
-        options={'SKIP_SAVE'},
     )
     group: bpy.props.StringProperty(
         name="Vertex Group",
         description="Vertex group to use. If empty: the selected vertices in Edit Mode, else the active group",
-        options={'SKIP_SAVE'},
     )
-    name: bpy.props.StringProperty(
-        name="Name", description="Name of the handle that is made of selected vertices", options={'SKIP_SAVE'}
-    )
-    live: bpy.props.BoolProperty(
-        name="Live", description="Turn Live on with the first handle", default=True, options={'SKIP_SAVE'}
-    )
+    name: bpy.props.StringProperty(name="Name", description="Name of the handle that is made of selected vertices")
+    live: bpy.props.BoolProperty(name="Live", description="Turn Live on with the first handle", default=True)
     size: bpy.props.FloatProperty(
         name="Size",
         description="How far the surroundings follow, as a share of the mesh's size. At 0 the region stays as it is",
@@ -56,10 +50,9 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         soft_max=1.0,
         max=3.0,
         subtype='FACTOR',
-        options={'SKIP_SAVE'},
     )
     # Adjusting the operator runs it again in Object Mode, where the vertices are still selected.
-    from_selection: bpy.props.BoolProperty(options={'HIDDEN', 'SKIP_SAVE'})
+    from_selection: bpy.props.BoolProperty(options={'HIDDEN'})
 
     def invoke(self, context, _event):
         obj = subject.of(context)
@@ -146,11 +139,7 @@ class MEANVALUE_OT_select_handle(MeshOperator, bpy.types.Operator):
     problems = (controls.none_active,)
 
     index: bpy.props.IntProperty(
-        name="Line",
-        description="Line of the list, from 0; -1 for the active one",
-        default=-1,
-        min=-1,
-        options={'SKIP_SAVE'},
+        name="Line", description="Line of the list, from 0; -1 for the active one", default=-1, min=-1
     )
 
     def run(self, obj):

@@ -60,9 +60,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     problems = (_unposed_problem,)
 
     name: bpy.props.StringProperty(
-        name="Name",
-        description="Name of the new shape key. If empty: that of the part that is posed",
-        options={'SKIP_SAVE'},
+        name="Name", description="Name of the new shape key. If empty: that of the part that is posed"
     )
 
     def use(self, obj):

@@ -26,7 +26,6 @@ class MEANVALUE_OT_grow_region(MeshOperator, bpy.types.Operator):
         default=1.0,
         min=0.0,
         subtype='DISTANCE',
-        options={'SKIP_SAVE'},  # the next mesh may be of another size
     )
     extend: bpy.props.BoolProperty(
         name="Extend", description="Add to the region that is there, in place of replacing it", default=False

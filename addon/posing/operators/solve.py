@@ -101,9 +101,7 @@ class MEANVALUE_OT_solve_from_key(SolvingOperator, bpy.types.Operator):
     problems = (scene_input.unheld_problem, _without_keys, shape_keys.result_problem)
 
     key: bpy.props.StringProperty(
-        name="Shape Key",
-        description="Shape key in which vertices of handles were moved. If empty, the active one",
-        options={'SKIP_SAVE'},
+        name="Shape Key", description="Shape key in which vertices of handles were moved. If empty, the active one"
     )
 
     def prepare(self, obj):
