@@ -39,9 +39,11 @@ def meanvalue_scene_updated(_scene, depsgraph):
 
 @persistent
 def meanvalue_frame_changed(_scene, depsgraph):
-    if depsgraph.mode != 'RENDER':
-        _notice_objects(depsgraph)
-    engine.frame_changed(depsgraph)
+    if depsgraph.mode == 'RENDER':
+        engine.rendered_frame(depsgraph)
+        return
+    _notice_objects(depsgraph)
+    engine.scene_updated(depsgraph, is_frame=True)
 
 
 def _notice_objects(depsgraph):

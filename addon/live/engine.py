@@ -24,25 +24,19 @@ _is_missed = False  # an update came meanwhile
 # What Blender tells
 
 
-def scene_updated(depsgraph):
-    """Blender evaluated the scene."""
-    if depsgraph.mode == 'RENDER' or _is_idle() or len(depsgraph.updates) == 0:
-        return
-    _notice_end_of_rendering()
-    _take_note(depsgraph)
-    follow_all()
+def scene_updated(depsgraph, is_frame=False):
+    """Blender evaluated the scene; is_frame: at another frame. Updates, which Blender finds by going through all that
+    is in the scene, are not asked for where nothing follows, or was ever shown."""
+    if (roll.has_any() or object_model.has_any()) and (is_frame or len(depsgraph.updates)):
+        _notice_end_of_rendering()
+        _take_note(depsgraph)
+        follow_all(settles=is_frame and _is_captured())
 
 
-def frame_changed(depsgraph):
-    if depsgraph.mode == 'RENDER':  # on the thread that renders: only looks, and leaves all else to the main thread
-        for key, obj, follower in roll.known() if _is_rendering else ():
-            render_notes.look(key, obj, follower, depsgraph.scene.frame_current)
-        return
-    if _is_idle():
-        return
-    _notice_end_of_rendering()
-    _take_note(depsgraph)
-    follow_all(settles=_is_captured())
+def rendered_frame(depsgraph):
+    """On the thread that renders: only looks, and leaves all else to the main thread."""
+    for key, obj, follower in roll.known() if _is_rendering else ():
+        render_notes.look(key, obj, follower, depsgraph.scene.frame_current)
 
 
 def _is_captured():
@@ -53,12 +47,6 @@ def _is_captured():
     screens = [window.screen for window in bpy.context.window_manager.windows]
     is_shown = any(each.is_animation_playing or each.is_scrubbing for each in screens)
     return bpy.context.area is not None and not is_shown
-
-
-def _is_idle():
-    """Whether there is nothing that follows, or was ever shown: the updates, which Blender finds by going through all
-    that is in the scene, are not asked for then."""
-    return not (roll.has_any() or object_model.has_any())
 
 
 def _take_note(depsgraph):

@@ -108,10 +108,7 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
         subtype='FACTOR',
         update=tell,
     )
-    size: aside(props.FloatProperty)(
-        description="How far its surroundings follow, as a share of the mesh's size; 0 if they were not made by size",
-        options={'HIDDEN'},
-    )
+    size: aside(props.FloatProperty)(options={'HIDDEN'})  # a share of the mesh's; 0: surroundings were not made by it
     color: aside(props.FloatVectorProperty)(
         name="Color",
         description="Color of the handle in the overlay, and of its control",

@@ -8,7 +8,7 @@ from ..scene import along, subject, worn
 from . import old_files, properties
 from .bridge import controls, orphans, overlay_data
 from .live.follower import Follower
-from .operators import drive_by_bone, grab, handles, pose, region, select_problems, solve, tool_choice
+from .operators import advanced, drive_by_bone, grab, handles, pose, tool_choice
 from .ui import grab_tool, menus, overlay, panel
 
 
@@ -42,11 +42,7 @@ ROOM = Room(
         "meanvalue.paint_region": "region",
         "meanvalue.select_problems": "messy_meshes",
     },
-    modules=(
-        properties,
-        *(grab, handles, select_problems, pose, drive_by_bone, solve, region),
-        *(panel, menus),
-    ),
+    modules=(properties, grab, handles, pose, drive_by_bone, advanced, panel, menus),
     settings=properties.Settings.__annotations__,
     register=grab_tool.register,
     unregister=_unregister,

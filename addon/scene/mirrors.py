@@ -80,10 +80,8 @@ def seams(obj, rest, corners, starts, shapes=(), is_posed=True):
 
 def partners(obj, rest):
     """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
-    if obj.meanvalue.symmetric == 'NONE':
-        return None
-    row = _symmetric_row(obj)
-    return kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
+    row = _symmetry(obj)
+    return row and kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
 
 
 def _read(obj):
@@ -146,15 +144,11 @@ def _is_square(first, second):
     return abs(np.dot(first, second)) < RIGHT_ANGLE
 
 
-def _symmetric_row(obj):
-    return (*(float(obj.meanvalue.symmetric == each) for each in 'XYZ'), 0.0)
-
-
-def _symmetry(obj, planes):
+def _symmetry(obj, planes=()):
     """The row of the plane of Symmetric; None if it is off, or a Mirror modifier has the same. @throws SceneError."""
     if obj.meanvalue.symmetric == 'NONE':
         return None
-    row = _symmetric_row(obj)
+    row = (*(float(obj.meanvalue.symmetric == each) for each in 'XYZ'), 0.0)
     for plane in planes:
         if np.allclose(np.abs(plane[:3]), row[:3], atol=RIGHT_ANGLE) and abs(plane[3]) < 1e-9:
             return None

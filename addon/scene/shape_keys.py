@@ -54,7 +54,7 @@ def checked(obj, name):
     """n x 3 float32 of the shape key `name`. @throws SceneError if it does not fit the mesh, or is gone."""
     keys = obj.data.shape_keys
     if keys is None or name not in keys.key_blocks:
-        raise SceneError(f"Shape key '{name}' was deleted meanwhile. Try again")
+        raise SceneError(f"'{obj.name}' has no shape key '{name}', or it was deleted meanwhile. Choose another")
     found = _fitting(obj.data, keys.key_blocks[name])
     require_finite(found, f"shape key '{name}'")
     return found

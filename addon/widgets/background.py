@@ -86,17 +86,17 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         self._show_progress(context)
         return self.begin(context, TICK_SECONDS)
 
-    def modal(self, context, event):
-        ended = {'CANCELLED'}  # by an error that nobody foresaw
-        try:
-            ended = self._react(event)
-        finally:
-            if ended is not None:
-                self.end(context)
-        if ended is not None:
-            return ended
+    def react(self, context, event):
+        """A job that is stopped ends when the solver has noticed."""
         if event.type == 'TIMER':
+            ended = self._step()
+            if ended is not None:
+                return ended
             self._show_progress(context)
+        elif event.type == 'ESC' and event.value == 'PRESS' and not event.is_repeat:  # held, it would press twice
+            if self._job is None or self._job.is_finished:
+                return self.refuse(CancelledError(self.stopped()))
+            self._job.cancel()
         return {'PASS_THROUGH'} if event.type in VIEW_EVENTS or 'TIMER' in event.type else {'RUNNING_MODAL'}
 
     def end(self, context):
@@ -111,17 +111,6 @@ class BackgroundOperator(ModalOperator, MeshOperator):
         if self._job is not None:
             self._job.drop()
         self._steps = self._job = self._prepared = None
-
-    def _react(self, event):
-        """Returns as _step(). A job that is stopped ends when the solver has noticed."""
-        if event.type == 'TIMER':
-            return self._step()
-        if event.type != 'ESC' or event.value != 'PRESS' or event.is_repeat:  # held, it would press twice
-            return None
-        if self._job is None or self._job.is_finished:
-            return self.refuse(CancelledError(self.stopped()))
-        self._job.cancel()
-        return None
 
     def _all_steps(self):
         """The whole work. Gives (name of the stage, share that is done) between steps. Returns as finish() does."""

@@ -9,11 +9,18 @@ from ..scene import pose_object_making, subject, views
 
 
 class Reporting:
-    """Mix-in: how operators tell what they did, and why they did nothing. MEANVALUE_OT_grab is `meanvalue.grab`."""
+    """Mix-in: how operators tell what they did, and why they did nothing. MEANVALUE_OT_grab is `meanvalue.grab`.
+
+    What is not given has its default, not what it had in the last call, but for operators that have presets."""
+
+    bl_options = {'REGISTER', 'UNDO'}
 
     def __init_subclass__(cls):
         super().__init_subclass__()
         cls.bl_idname = f"meanvalue.{cls.__name__.removeprefix('MEANVALUE_OT_')}"
+        for name, option in cls.__annotations__.items() if 'PRESET' not in cls.bl_options else ():
+            options = {*option.keywords.get("options", ()), 'SKIP_SAVE'}
+            cls.__annotations__[name] = option.function(**{**option.keywords, "options": options})
 
     def refuse(self, error):
         self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
@@ -41,7 +48,8 @@ def end_all():
 
 
 class ModalOperator(Reporting):
-    """Mix-in of operators that go on beside the interface. Subclasses define modal()."""
+    """Mix-in of operators that go on beside the interface. Subclasses define react(context, event) in place of modal(),
+    and failed(error), what it returns where that raises a MeanValueError."""
 
     _timer = None
     _object_name, _object_identity = "", None
@@ -65,6 +73,20 @@ class ModalOperator(Reporting):
             raise SceneError(f"'{self._object_name}' is gone. What was begun on it is dropped")
         return obj
 
+    def modal(self, context, event):
+        result = {'CANCELLED'}  # by an error that nobody foresaw
+        try:
+            result = self.react(context, event)
+        except MeanValueError as error:
+            result = self.failed(error)
+        finally:
+            if result & {'CANCELLED', 'FINISHED'}:
+                self.end(context)
+        return result
+
+    def failed(self, error):
+        return self.refuse(error)
+
     def end(self, context):
         """However it ends. Blender keeps the operator: subclasses let go here of what they hold."""
         if self not in _running:
@@ -83,10 +105,7 @@ class ModalOperator(Reporting):
 
 class MeshOperator(Reporting):
     """Mix-in for operators on the mesh that the artist works on, or on what else worked_on() finds. Subclasses define
-    run(obj): it returns (message, [notes]), or raises MeanValueError before it has changed anything. What is not given
-    has its default, not what it had in the last call; but for those that have presets."""
-
-    bl_options = {'REGISTER', 'UNDO'}
+    run(obj): it returns (message, [notes]), or raises MeanValueError before it has changed anything."""
 
     worked_on = staticmethod(subject.of)
 
@@ -101,12 +120,6 @@ class MeshOperator(Reporting):
 
     #: Name of a property that makes another button of the operator, with its own description; or "".
     switch = ""
-
-    def __init_subclass__(cls):
-        super().__init_subclass__()
-        for name, option in cls.__annotations__.items() if 'PRESET' not in cls.bl_options else ():
-            options = {*option.keywords.get("options", ()), 'SKIP_SAVE'}
-            cls.__annotations__[name] = option.function(**{**option.keywords, "options": options})
 
     @classmethod
     def description(cls, _context, properties):

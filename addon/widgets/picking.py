@@ -44,41 +44,32 @@ class PickingOperator(ModalOperator, MeshOperator):
         context.window.cursor_modal_set('EYEDROPPER')
         return self.begin(context)
 
-    def modal(self, context, event):
+    def react(self, context, event):
         looks_around = event.type in VIEW_EVENTS or (event.alt and event.type in {'LEFTMOUSE', 'RIGHTMOUSE'})
         if event.value != 'PRESS' or looks_around:
             return {'PASS_THROUGH'} if looks_around else {'RUNNING_MODAL'}
         if event.type in {'ESC', 'RIGHTMOUSE', 'RET', 'NUMPAD_ENTER'}:
-            self.end(context)
             return {'FINISHED'} if self._has_run else {'CANCELLED'}
         if event.type not in {'LEFTMOUSE', 'BACK_SPACE'}:
             return {'RUNNING_MODAL'}
         obj = subject.of(context)
         if obj is None or obj.name != self._object_name:
-            self.end(context)
             return self.refuse(SceneError("Another object is active now. Pick again"))
-        try:
-            if self._react(context, event, obj) and not self.repeats:
-                self.end(context)
+        view = view_under(context, event)
+        if event.type == 'BACK_SPACE':
+            self._has_run |= self.take_back(obj)
+        elif view is not None and self.click(obj, view):
+            if not self.repeats:
                 return self.execute(context)
-            context.workspace.status_text_set(self.prompt(obj))
-        except MeanValueError as error:
-            self.report({'WARNING'}, wording.sentence(str(error)))
+            self.run(obj)
+            self._has_run = True
+        context.workspace.status_text_set(self.prompt(obj))
         views.draw_again()
         return {'RUNNING_MODAL'}
 
-    def _react(self, context, event, obj):
-        """Whether a click was the last that is needed."""
-        if event.type == 'BACK_SPACE':
-            self._has_run |= self.take_back(obj)
-            return False
-        view = view_under(context, event)
-        if view is None or not self.click(obj, view):
-            return False
-        if self.repeats:
-            self.run(obj)
-            self._has_run = True
-        return True
+    def failed(self, error):
+        self.report({'WARNING'}, wording.sentence(str(error)))
+        return {'RUNNING_MODAL'}
 
     def end(self, context):
         super().end(context)

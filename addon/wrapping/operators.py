@@ -20,13 +20,9 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
     repeats = True
     problems = (lambda obj: None if obj.meanvalue.wrap.pairs else wrap_scene.target_problem(obj),)
 
-    vertex: bpy.props.IntProperty(
-        name="Vertex", description="Vertex of the mesh; -1 to click", default=-1, min=-1, options={'SKIP_SAVE'}
-    )
-    place: bpy.props.FloatVectorProperty(
-        name="Place", description="Where it belongs, in the other object's own space", size=3, options={'SKIP_SAVE'}
-    )
-    clear: bpy.props.BoolProperty(name="Clear", description="Take all picked pairs back", options={'SKIP_SAVE'})
+    vertex: bpy.props.IntProperty(name="Vertex", description="Vertex of the mesh; -1 to click", default=-1, min=-1)
+    place: bpy.props.FloatVectorProperty(name="Place", description="Where it belongs, in the other object's own space")
+    clear: bpy.props.BoolProperty(name="Clear", description="Take all picked pairs back")
 
     def is_given(self):
         return self.clear or self.vertex >= 0
@@ -91,7 +87,6 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     carry: bpy.props.BoolProperty(
         name="Carry Shape Keys",
         description="Give the mesh the shape keys of the other one, in its own proportions, as the last Wrap has it",
-        options={'SKIP_SAVE'},
     )
 
     def prepare(self, obj):

@@ -130,7 +130,9 @@ def paint(control, handle):
 
 def add_control(obj, handle, rest_points):
     """Makes the Empty that moves `handle`, which has vertices at n x 3 `rest_points`, where they are seen."""
-    control = new_control(obj, handle, handle.name, 'CUBE', _size(obj, rest_points))
+    whole, extent = region.shown_size(obj), np.ptp(rest_points, axis=0).max()
+    size = float(np.clip(SIZE_OVER_PART * 0.5 * extent, SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
+    control = new_control(obj, handle, handle.name, 'CUBE', size)
     choose(handle, control, motion.IDENTITY)
     handle.follows = 'CONTROL'
     frame = control_places.unscaled(obj)
@@ -252,11 +254,6 @@ def _hangs_on(control, obj):
             return True
         control = control.parent
     return False
-
-
-def _size(obj, points):
-    extent, whole = np.ptp(points, axis=0), region.shown_size(obj)
-    return float(np.clip(SIZE_OVER_PART * 0.5 * extent.max(), SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
 
 
 _known = {}  # session key of an object: name of the mesh object that follows it, or ""

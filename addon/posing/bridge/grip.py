@@ -18,6 +18,9 @@ SAME_SIZE = 1e-6
 #: which they cut off.
 KEY_STATE = ("mute", "vertex_group", "slider_min", "slider_max", "value")
 
+#: What places a control.
+CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+
 #: Settings that making a handle and its region changes.
 SETTINGS = ("active_handle", "live", "roi_group", "made_region", "result_name", "result_mark")
 
@@ -79,7 +82,9 @@ class Grip:
         self._pivot = self._start[:3, 3]
         if vertex >= 0:
             self._pivot = np.array(obj.matrix_world @ Vector(self._seen[vertex].tolist()))
-        self._channels = _channels(self.handle(obj))
+        # Of a matrix alone, scales would come back with other signs.
+        mover = controls.mover(self.handle(obj))
+        self._channels = {name: tuple(getattr(mover, name)) for name in CHANNELS}
 
     def handle(self, obj):
         """@throws SceneError if it is gone."""
@@ -214,13 +219,6 @@ class _Before:
                 setattr(key, attribute, value)
         vertex_groups.make_active(obj, self._active_group)
         obj.update_tag()
-
-
-def _channels(handle):
-    """{name: value} of what places the control: of a matrix alone, scales come back with other signs."""
-    mover = controls.mover(handle)
-    names = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-    return {name: tuple(getattr(mover, name)) for name in names}
 
 
 def _require_can_be_posed(obj):

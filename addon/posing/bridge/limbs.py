@@ -10,7 +10,7 @@ from ... import compat, ids, wording
 from ...scene import kept, key_marks, shape_keys, vertex_groups
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
-from ..core import joints, reach, segments
+from ..core import joints, segments
 from . import examples
 
 #: Kept poses that tell where a mesh bends: what no pose bends is stiff. How many times as far as to the end of a limb
@@ -124,7 +124,7 @@ def _at_rig(obj, rest, corners, starts):
     up = segments.ways_up(parents, of_bone, found)
     told = wording.counted(sum(len(way) > 1 for way in up), "joint")
     bends = f"Bends at {told} of {wording.quoted([rig.name for rig in _rigs(obj)])}"
-    return {"stiffness": factors, "limbs": reach.limbs(rest, corners, starts, *parts, up), "bends": bends}
+    return {"stiffness": factors, "limbs": joints.limbs(rest, corners, starts, *parts, up), "bends": bends}
 
 
 def _hinges(obj, parents, of_bone, found):

@@ -9,7 +9,6 @@ from ... import wording
 from ...errors import SceneError, require_none
 from ...scene import rig_space, shape_keys
 from ...scene.core import motion
-from ...scene.core.point_sets import require_finite
 from . import control_places, controls, orphans
 
 
@@ -80,12 +79,7 @@ def gather_behind(obj, bind_input, space, known=None):
 
 def gather_from_key(obj, bind_input, name):
     """The Targets of all handles and pins where the shape key `name` has their vertices. @throws SceneError."""
-    keys = obj.data.shape_keys
-    if keys is None or name not in keys.key_blocks:
-        raise SceneError(f"'{obj.name}' has no shape key '{name}'. Choose one that it has")
-    shape = shape_keys.positions(keys.key_blocks[name])
-    require_finite(shape, f"shape key '{name}'")
-    return Targets(shape[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
+    return Targets(shape_keys.checked(obj, name)[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
 
 
 def positions(obj, bind_input, space, known=None):

@@ -12,7 +12,7 @@ from ...scene.core import motion, point_sets, welding
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
-from . import reach
+from . import joints
 from . import solver_mesh as solver_meshes
 
 #: Of the mesh's size: it is told of where moves so long are taken for rounding.
@@ -50,7 +50,7 @@ class BindInput:
     stiffness: np.ndarray | None = None  # n float64, how many times as much they count there
     kept_poses: KeyShapes | None = None  # that this is of
     bends: str = ""  # in words, where it bends by that
-    limbs: reach.Limbs | None = None  # between whose joints
+    limbs: joints.Limbs | None = None  # between whose joints
     strengths: np.ndarray | None = None  # k float64, stiffness of the springs of soft anchors, infinite for hard ones
     border: np.ndarray | None = None  # b vertices, int32, ascending, no anchors: free in part, where the region is soft
     border_strengths: np.ndarray | None = None  # b float64, of the springs that hold them to the rest shape
@@ -132,12 +132,12 @@ class BindInput:
 
     @cached_property
     def limits(self):
-        """The reach.Limits between what holds the mesh where it is put, or None where joints are not known."""
+        """The joints.Limits between what holds the mesh where it is put, or None where joints are not known."""
         if self.limbs is None:
             return None
         numbers = np.unique(self.handles[self.hard_anchors]).tolist()
         hard = {number: self.anchors[self.hard_anchors & (self.handles == number)] for number in numbers}
-        return reach.limits(self.limbs, self.rest, {-1: self.fixed, **hard})
+        return joints.limits(self.limbs, self.rest, {-1: self.fixed, **hard})
 
     @cached_property
     def joined_places(self):

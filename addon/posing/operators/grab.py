@@ -34,14 +34,13 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
     """Press on the mesh and drag: what is under the mouse becomes a handle, and its surroundings follow"""
 
     bl_label = "Grab"
-    bl_options = {'REGISTER', 'UNDO'}
 
     vertex: bpy.props.IntProperty(
-        name="Vertex", description="The vertex that is pressed", default=-1, min=-1, options={'HIDDEN', 'SKIP_SAVE'}
+        name="Vertex", description="The vertex that is pressed", default=-1, min=-1, options={'HIDDEN'}
     )
     #: Adjusting the operator runs it again from before, when another object may have been the active one.
     object_name: bpy.props.StringProperty(
-        name="Object", description="The mesh object. If empty: the active one", options={'HIDDEN', 'SKIP_SAVE'}
+        name="Object", description="The mesh object. If empty: the active one", options={'HIDDEN'}
     )
     size: bpy.props.FloatProperty(
         name="Size",
@@ -53,27 +52,22 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         subtype='FACTOR',
     )
     offset: bpy.props.FloatVectorProperty(
-        name="Move",
-        description="How far the handle is moved, in the world",
-        subtype='TRANSLATION',
-        options={'SKIP_SAVE'},
+        name="Move", description="How far the handle is moved, in the world", subtype='TRANSLATION'
     )
     handle: bpy.props.StringProperty(
         name="Handle",
         description="Vertex group of the handle to move. If empty: the one that has the vertex, or else a new one",
         maxlen=ids.NAME_LENGTH,
-        options={'HIDDEN', 'SKIP_SAVE'},
+        options={'HIDDEN'},
     )
 
     pin: bpy.props.BoolProperty(
         name="Pin",
         description="Pin the mesh there, or let go of the pin that is there, in place of grabbing it",
-        options={'HIDDEN', 'SKIP_SAVE'},
+        options={'HIDDEN'},
     )
     choose_tool: bpy.props.BoolProperty(
-        name="Choose Tool",
-        description="Only make Grab the active tool, in Object Mode",
-        options={'HIDDEN', 'SKIP_SAVE'},
+        name="Choose Tool", description="Only make Grab the active tool, in Object Mode", options={'HIDDEN'}
     )
 
     _grip = _circle = _pressed = None
@@ -140,20 +134,11 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
             self.size = self._size_taken = (self.handle and obj.meanvalue.handles[self.handle].size) or self.size
         return obj
 
-    def modal(self, context, event):
-        result = {'CANCELLED'}  # by an error that nobody foresaw
-        try:
-            result = self._react(context, event)
-        except MeanValueError as error:
-            self._warn(error)
-            result = {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
-        finally:
-            if result & {'CANCELLED', 'FINISHED'}:
-                self.end(context)
-        return result
+    def failed(self, error):
+        self._warn(error)
+        return {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
 
-    def _react(self, context, event):
-        """What modal() returns. @throws MeanValueError."""
+    def react(self, context, event):
         if event.type in {'ESC', 'RIGHTMOUSE'} and event.value == 'PRESS':
             return self._give_up(context)
         obj = self._press(context) if self._pressed is None else self.object()
