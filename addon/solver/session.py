@@ -127,10 +127,10 @@ class Drag:
     frame    of the scene, that its last settled answer is of, or that it began at
     """
 
-    binding: object
-    bind_input: object
-    native: object
-    answer: object
+    binding: object = None
+    bind_input: object = None
+    native: object = None
+    answer: object = None
     drafted: object = None
     snaps: object = None
     frame: float = 0.0

@@ -39,7 +39,7 @@ class Follower(Following):
     AND_EXPORTS = ", and export without the controls"
     LABEL = "Live"
 
-    _drag = None  # what the last solve was of, as session.Drag
+    _drag = session.Drag()  # what the last solve was of
 
     _cached_binding = staticmethod(lambda bind_input: session.cache.get(bind_input.fingerprint))
     _make_key = staticmethod(shape_keys.ensure_result_key)
@@ -62,11 +62,11 @@ class Follower(Following):
         return any(map(actions.is_animated, moving))  # renders follow the armatures
 
     def is_settled(self, obj):
-        return super().is_settled(obj) and (self.problem is not None or self._drafted() is None)
+        return super().is_settled(obj) and (self.problem is not None or self._drag.drafted is None)
 
     def take_back(self, obj):
         """A draft gives way to the last answer, where none is to follow."""
-        if self._drafted() is None or not self._has_key(obj):
+        if self._drag.drafted is None or not self._has_key(obj):
             return
         if len(self._drag.answer) == len(obj.data.vertices):
             self._write(obj, self._drag.answer)
@@ -80,15 +80,14 @@ class Follower(Following):
         yield from targets.held_back_notes(self._wanted.held_back)
         yield from self._binding.notes
         yield from result.torn_notes(self._input, self._wanted.positions)
-        if self._drag is not None and self._drag.snaps is not None and self._drag.snaps.found is not None:
+        if self._drag.snaps is not None and self._drag.snaps.found is not None:
             yield f"the pose snaps at frame {self._drag.snaps.found}: key one in between"
 
     def _begin_anew(self):
         super()._begin_anew()
         self._targets = LiveTargets()
-        former, self._drag = self._drag, None
-        if former is not None and former.drafted is not None:  # the mesh does not hold what a draft stands in for
-            self._drag = session.Drag(None, None, None, former.answer, former.drafted)
+        # The mesh does not hold what a draft stands in for.
+        self._drag = session.Drag(answer=self._drag.answer, drafted=self._drag.drafted)
 
     # Posing
 
@@ -145,7 +144,7 @@ class Follower(Following):
     def _solve_work(self, obj, settles):
         binding, bind_input, wanted = self._binding, self._input, self._wanted
         is_first, shown, drag = self._model(obj).written is None, self._held(obj), self._drag
-        if is_first or drag is None or drag.binding is not binding:
+        if is_first or drag.binding is not binding:
             self._end_early()
             answer, drafted = self._before_draft(shown)
             drag = self._drag = session.begin_drag(binding, bind_input, answer)
@@ -193,7 +192,7 @@ class Follower(Following):
         if obj.mode in self.BUSY_MODES or obj.data.is_editmode or not self._is_read(obj):
             return False  # the mesh is another by now, or Blender has a copy of its own
         drag, wanted = self._drag, self._wanted
-        if drag is None or drag.binding is None:
+        if drag.binding is None:
             return self._show_early(obj)
         if wanted.weights is not None:
             return False
@@ -210,7 +209,7 @@ class Follower(Following):
         if is_slow and self._is_quiet(obj) >= is_quiet:  # else who asks waits for the end
             if not makes_keys:
                 return  # tick() does
-            if self._drag is None or self._drag.native is None:
+            if self._drag.native is None:
                 answer, drafted = self._before_draft(self._held(obj))
                 self._drag = session.Drag(None, self._input, EarlyPoses(self._input, answer), answer, drafted)
                 if self._show_early(obj):
@@ -219,28 +218,25 @@ class Follower(Following):
 
     def _show_early(self, obj):
         """As _show_meanwhile(), before and while the mesh is bound."""
-        poses = self._drag and self._drag.native
+        poses = self._drag.native
         found = poses and poses.next(obj, self._wanted, self._job and self._job.early)
         if found is not None:
             self._drag.drafted, shape = found
             self._write(obj, shape)
-        return self._drafted() is self._wanted
+        return self._drag.drafted is self._wanted
 
     def _end_early(self):
         drag = self._drag
-        if drag is not None and drag.binding is None and drag.native is not None:
+        if drag.binding is None and drag.native is not None:
             drag.native.stop()
             drag.native = None
 
     def _before_draft(self, shown):
         """(n x 3, the Targets of the draft that is shown in its place); (`shown`, None) where none is."""
         drag = self._drag
-        if drag is None or drag.drafted is None or len(drag.answer) != len(shown):
+        if drag.drafted is None or len(drag.answer) != len(shown):
             return shown, None
         return drag.answer, drag.drafted
-
-    def _drafted(self):
-        return None if self._drag is None else self._drag.drafted
 
     def _near(self, first, second, share):
         return bool(np.abs(first - second).max(initial=0.0) <= share * self._input.diagonal)

@@ -93,7 +93,7 @@ class EarlyPoses:
             self._rests_until = following.clock() + seconds
         moved = np.unique(self._input.handles[np.abs(wanted.positions - self._known[0]).max(axis=1) > noise])
         if deformer is not None and self._job is None and following.clock() >= self._rests_until and len(moved):
-            drag = session.Drag(None, self._input, deformer, None)
+            drag = session.Drag(None, self._input, deformer)
             self._job = Job(lambda run: session.solve_steps(drag, wanted, execution=run), of=wanted)
         if wanted is not self._shown or found is not None:
             sketch, self._shown = self._sketch(obj, wanted, moved), wanted
