@@ -36,10 +36,10 @@ class Follows(Protocol):
     def _cached_binding(self, found):
         """What is bound of what was read, if it is at hand; else None."""
 
-    def _bind_work(self, obj) -> Callable:
-        """The work of a Job that ends in a function of the object, which takes the binding up."""
+    def _bind_work(self, obj) -> tuple[Callable, Callable]:
+        """(the work of a Job that binds, what takes its result up: a function of the object and that)."""
 
-    def _solve_work(self, obj, settles: bool) -> Callable:
+    def _solve_work(self, obj, settles: bool) -> tuple[Callable, Callable]:
         """The same for the answer to what is wanted; settles: it is the last word."""
 
     def _read_targets(self, obj):

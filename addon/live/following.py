@@ -225,18 +225,16 @@ class Following:
         self._changed_at = clock()
 
     def _start_next(self, obj, makes_keys, is_quiet):
-        """What is started gives a function of the object, which takes the result up. @throws MeanValueError."""
+        """@throws MeanValueError."""
         if self._binding is None:
-            work = self._bind_work(obj)
-        elif not self._is_shown(obj):
-            work = self._solve_work(obj, settles=False)
-        elif is_quiet and not self._is_settled:
-            work = self._solve_work(obj, settles=True)
+            work, collect = self._bind_work(obj)
+        elif not self._is_shown(obj) or (is_quiet and not self._is_settled):
+            work, collect = self._solve_work(obj, settles=self._is_shown(obj))
         else:
             if is_quiet and makes_keys and self._has_chores(obj):
                 self._do_chores(obj)
             return
-        self._job = Job(work, of=self._wanted)
+        self._job = Job(work, of=(self._wanted, collect))
 
     def _collect(self, obj, makes_keys):
         """@throws MeanValueError."""
@@ -244,14 +242,15 @@ class Following:
         if not (is_finished and (makes_keys or self._binding is None or self._has_key(obj))):
             return  # tick() collects it: a key that is made in a handler is no part of any undo step
         job, self._job = self._job, None
+        wanted, collect = job.of
         try:
-            collect = job.result()
+            found = job.result()
         except CancelledError:
             return
         except MeanValueError as error:
-            self._fail(obj, error, job.of)
+            self._fail(obj, error, wanted)
         else:
-            collect(obj)
+            collect(obj, found)
 
     def _fail(self, obj, error, wanted):
         """@throws MeanValueError where nothing can be bound."""

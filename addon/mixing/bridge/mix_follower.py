@@ -3,6 +3,7 @@
 What is animated of them can be baked: this is a rooms.Bakeable."""
 
 import collections
+import functools
 import re
 
 import numpy as np
@@ -153,33 +154,20 @@ class MixFollower(Following):
             raise SceneError("In-between keys stand for the mix already. Press Remove In-Betweens to mix live")
 
     def _bind_work(self, _obj):
-        mix_input = self._input
+        def collect(_obj, morpher):
+            self._binding = morpher
 
-        def work(execution):
-            morpher = yield from bind_steps(mix_input, execution)
-
-            def collect(_obj):
-                self._binding = morpher
-
-            return collect
-
-        return work
+        return functools.partial(bind_steps, self._input), collect
 
     def _solve_work(self, _obj, **_options):
         morpher, mix_input, wanted = self._binding, self._input, self._wanted
 
-        def work(execution):
-            mix = yield from solve_steps(morpher, mix_input, wanted, execution)
-            shape = (mix_input.rest + (mix.positions - mix_input.mixed(wanted))).astype(np.float32)
+        def collect(obj, mix):
+            self.solve_seconds = mix.seconds
+            self._shown, self._is_settled = wanted, wanted is self._wanted
+            self._write(obj, (mix_input.rest + (mix.positions - mix_input.mixed(wanted))).astype(np.float32))
 
-            def collect(obj):
-                self.solve_seconds = mix.seconds
-                self._shown, self._is_settled = wanted, wanted is self._wanted
-                self._write(obj, shape)
-
-            return collect
-
-        return work
+        return functools.partial(solve_steps, morpher, mix_input, wanted), collect
 
 
 is_on, turn = MixFollower.asks_for, MixFollower.turn

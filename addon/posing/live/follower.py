@@ -125,11 +125,7 @@ class Follower(Following):
             session.remember(bind_input, binding)
             posing.write(owner.meanvalue.bound, bind_input.fingerprint)
 
-        def work(execution):
-            binding = yield from session.bind_steps(bind_input, triangles, execution, known=known, early=True)
-            return lambda owner: collect(owner, binding)
-
-        return work
+        return lambda run: session.bind_steps(bind_input, triangles, run, known=known, early=True), collect
 
     def _held(self, obj):
         """n x 3 float32: what the result holds. What the artist has made of it becomes a key of its own."""
@@ -153,15 +149,17 @@ class Follower(Following):
             drag.frame = bpy.context.scene.frame_current_final
             drag.native = session.begin_drag(binding, bind_input).native
 
-        def collect(owner, composed, seconds):
+        def collect(owner, answer):
             if settles and self._wanted is not wanted:
                 return
+            solved, solution = answer
+            composed = result.compose(bind_input, wanted.positions, solved)
             self._is_settled, drag.answer = settles, composed
             if self._wanted is wanted:
                 now = bpy.context.scene.frame_current
                 drag.snaps.note(now, composed, wanted.positions, wanted.weights, bind_input.diagonal)
             if not settles:
-                self.solve_seconds, self._shown = seconds, wanted
+                self.solve_seconds, self._shown = solution.timings["total"], wanted
                 if self._wanted is not wanted and self._show_meanwhile(owner):
                     return
             was_drafted, drag.drafted = drag.drafted is not None, None
@@ -172,13 +170,7 @@ class Follower(Following):
             elif not (settles and self._near(composed, shown, SAME_TARGETS)):
                 self._write(owner, composed)
 
-        def work(execution):
-            solved, solution = yield from session.solve_steps(drag, wanted, settle=settles, execution=execution)
-            composed = result.compose(bind_input, wanted.positions, solved)
-            seconds = solution.timings["total"]
-            return lambda owner: collect(owner, composed, seconds)
-
-        return work
+        return lambda run: session.solve_steps(drag, wanted, settle=settles, execution=run), collect
 
     def _fail(self, obj, error, wanted):
         try:

@@ -194,6 +194,6 @@ class KeyFollower(Follower):
                 refused=REFUSED,
             )
             self.solve_seconds = time.perf_counter() - begun
-            return lambda obj: collect(obj, found)
+            return found
 
-        return work
+        return work, collect
