@@ -3,6 +3,7 @@
 somewhere else."""
 
 import collections
+import contextlib
 import traceback
 
 import bpy
@@ -54,6 +55,25 @@ def unregister():
     _handler = None
 
 
+@contextlib.contextmanager
+def drawing(context, obj, depth_test, point_pixels):
+    """Inside, what is drawn is in the space of `obj`, and may be seen through; points are so large at scale 1."""
+    wrote_depth = gpu.state.depth_mask_get()
+    gpu.state.blend_set('ALPHA')
+    gpu.state.depth_test_set(depth_test)
+    gpu.state.depth_mask_set(False)
+    gpu.state.point_size_set(point_pixels * context.preferences.system.ui_scale or 1.0)
+    try:
+        with gpu.matrix.push_pop():
+            gpu.matrix.multiply_matrix(obj.matrix_world)
+            yield
+    finally:
+        gpu.state.point_size_set(1.0)
+        gpu.state.depth_mask_set(wrote_depth)
+        gpu.state.depth_test_set('NONE')
+        gpu.state.blend_set('NONE')
+
+
 #: Width at interface scale 1.
 LINE_PIXELS = 2.0
 
@@ -71,19 +91,11 @@ def draw_lines(context, obj, lines, end_pixels=0.0):
     shader = compat.shader("POLYLINE_FLAT_COLOR")
     content = {"pos": lines.ends, "color": lines.colors}
     batch = batch_for_shader(shader, 'LINES', content)
-    gpu.state.blend_set('ALPHA')
-    gpu.state.depth_test_set('NONE')  # a line that ends inside the body is the one to be seen
-    try:
-        with gpu.matrix.push_pop():
-            gpu.matrix.multiply_matrix(obj.matrix_world)
-            shader.bind()
-            shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-            shader.uniform_float("lineWidth", LINE_PIXELS * context.preferences.system.ui_scale)
-            batch.draw(shader)
-            if end_pixels:
-                gpu.state.point_size_set(end_pixels * context.preferences.system.ui_scale)
-                ends = compat.shader("POINT_FLAT_COLOR")
-                batch_for_shader(ends, 'POINTS', content).draw(ends)
-    finally:
-        gpu.state.point_size_set(1.0)
-        gpu.state.blend_set('NONE')
+    with drawing(context, obj, 'NONE', end_pixels):  # a line that ends inside the body is the one to be seen
+        shader.bind()
+        shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+        shader.uniform_float("lineWidth", LINE_PIXELS * context.preferences.system.ui_scale)
+        batch.draw(shader)
+        if end_pixels:
+            ends = compat.shader("POINT_FLAT_COLOR")
+            batch_for_shader(ends, 'POINTS', content).draw(ends)

@@ -78,16 +78,11 @@ class MEANVALUE_OT_pick_marker_point(picking.PickingOperator, bpy.types.Operator
     marker: bpy.props.StringProperty(
         name="Marker",
         description="Name of the marker. If empty: that of the active control or Empty, else the active line's",
-        options={'SKIP_SAVE'},
     )
-    vertex: bpy.props.IntProperty(
-        name="Vertex", description="Vertex to choose; -1 to click at it", default=-1, min=-1, options={'SKIP_SAVE'}
-    )
-
+    vertex: bpy.props.IntProperty(name="Vertex", description="Vertex to choose; -1 to click at it", default=-1, min=-1)
     remove: bpy.props.BoolProperty(
         name="Remove Marker",
         description="Delete the marker's handle and control, and leave it out until its box is ticked again",
-        options={'SKIP_SAVE'},
     )
 
     def is_given(self):

@@ -6,6 +6,7 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ... import compat
+from ...widgets.overlay import drawing
 from ..bridge import overlay_data
 from ..operators import tool_choice
 
@@ -28,25 +29,13 @@ _drawn = {}  # function that makes a batch, and a color: (what it made the last 
 
 def paint(context, obj):
     look, found = overlay_data.look(obj), tool_choice.would_follow(context, obj)
-    wrote_depth = gpu.state.depth_mask_get()
-    gpu.state.blend_set('ALPHA')
-    gpu.state.depth_test_set('NONE' if obj.show_in_front else 'LESS_EQUAL')
-    gpu.state.depth_mask_set(False)
-    gpu.state.point_size_set(POINT_PIXELS * context.preferences.system.ui_scale)
-    try:
-        with gpu.matrix.push_pop():
-            gpu.matrix.multiply_matrix(obj.matrix_world)
-            if len(look.corners) and obj.mode == 'OBJECT':  # Weight Paint shows the region itself
-                _draw_closer(context, TINT_CLOSER, look, _faces, TINT)
-            if found is not None and len(found.corners):
-                _draw_closer(context, TINT_CLOSER, found, _faces, HOVER)
-            if len(look.points):
-                _draw_closer(context, POINTS_CLOSER, look, _points)
-    finally:
-        gpu.state.point_size_set(1.0)
-        gpu.state.depth_mask_set(wrote_depth)
-        gpu.state.depth_test_set('NONE')
-        gpu.state.blend_set('NONE')
+    with drawing(context, obj, 'NONE' if obj.show_in_front else 'LESS_EQUAL', POINT_PIXELS):
+        if len(look.corners) and obj.mode == 'OBJECT':  # Weight Paint shows the region itself
+            _draw_closer(context, TINT_CLOSER, look, _faces, TINT)
+        if found is not None and len(found.corners):
+            _draw_closer(context, TINT_CLOSER, found, _faces, HOVER)
+        if len(look.points):
+            _draw_closer(context, POINTS_CLOSER, look, _points)
 
 
 def _draw_closer(context, share, shown, make, *color):
