@@ -6,8 +6,8 @@
 #include "meanvalue/encoding/blend.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/morph/cell_assembly.h"
-#include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/morpher.h"
+#include "meanvalue/morph/relative_rotations.h"
 #include "meanvalue/morph/rotation_vectors.h"
 #include "tests/support.h"
 
@@ -63,9 +63,9 @@ TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
     for (Index v = 0; v < 800; ++v) {
         double sum = 0.0;
         const CellPatches::Share* largest = nullptr;
-        for (Index k = patches.share_start[v]; k < patches.share_start[v + 1]; ++k) {
-            sum += patches.shares[k].share;
-            if (largest == nullptr || patches.shares[k].share > largest->share) largest = &patches.shares[k];
+        for (const CellPatches::Share& each : patches.shares.of(v)) {
+            sum += each.share;
+            if (largest == nullptr || each.share > largest->share) largest = &each;
         }
         EXPECT_NEAR(sum, 1.0, 1e-12);
         own_is_largest += largest->patch == patches.of[v];
@@ -73,7 +73,7 @@ TEST(CellPatches, SharesSumToOneAndAreLargestInTheOwnPatchOfMostVertices) {
     EXPECT_GT(own_is_largest, 600);
     for (Index v = 800; v < 803; ++v) {
         EXPECT_EQ(patches.of[v], -1);
-        EXPECT_EQ(patches.share_start[v], patches.share_start[v + 1]);
+        EXPECT_TRUE(patches.shares.of(v).empty());
     }
 }
 

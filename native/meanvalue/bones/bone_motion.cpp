@@ -5,8 +5,6 @@
 namespace meanvalue {
 namespace {
 
-constexpr double kOwnVertices = 0.01;  // by w^4: what draws a bone by itself to its vertices, against drift
-
 /// 3f x 4b: sums of w_j v p^T over vertices, v being where one is in a frame.
 Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
     Eigen::MatrixXd aims = Eigen::MatrixXd::Zero(skin.frames.rows(), 4 * skin.bone_count());
@@ -17,11 +15,9 @@ Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
     parallel_items(skin.bone_count(), skin.threads, execution, [&](int, std::size_t bone) {
         WorkMeter meter(execution);
         for (const Index k : used.of(bone)) {
-            const double weight = skin.weights[k].weight;
             const Eigen::VectorXd target = skin.frames.col(k / skin.influences).cast<double>();
             for (Index axis = 0; axis < 4; ++axis)
-                aims.col(4 * bone + axis) += (weight + kOwnVertices * weight * weight * weight * weight) *
-                                             skin.rest(axis, k / skin.influences) * target;
+                aims.col(4 * bone + axis) += skin.weights[k].weight * skin.rest(axis, k / skin.influences) * target;
             meter.add(target.size());
         }
     });
@@ -59,11 +55,6 @@ Eigen::MatrixXd shares(const Skin& skin) {
 void fit_motion(Skin& skin, Index sweeps, const Execution& execution) {
     const Index bones = skin.bone_count();
     Eigen::MatrixXd moments = shares(skin);
-    for (std::size_t k = 0; k < skin.weights.size(); ++k)
-        if (const auto& [bone, weight] = skin.weights[k]; weight > 0.0) {
-            const Eigen::Vector4d place = weight * weight * skin.rest.col(k / skin.influences);
-            moments.block<4, 4>(4 * bone, 4 * bone) += kOwnVertices * place * place.transpose();
-        }
     // Turns of all bones, and where the places of roots are, make the motion: motion = state * chain.
     Eigen::MatrixXd chain = Eigen::MatrixXd::Identity(4 * bones, 4 * bones);
     for (Index j = 0; j < bones; ++j) {

@@ -14,6 +14,7 @@
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/same_places.h"
+#include "meanvalue/mesh/triangle_tree.h"
 
 namespace meanvalue {
 namespace {
@@ -61,20 +62,11 @@ class BoneFitting {
         for (Index v = 0; v < skin_.vertex_count(); ++v)
             if ((skin_.frames.col(v) - skin_.frames.col(skin_.first[v])).cwiseAbs().maxCoeff() > kTogether)
                 skin_.first[v] = v;
-        std::vector<double> total(skin_.vertex_count(), 0.0);
-        skin_.around = grouped<Weighted>(skin_.vertex_count(), [&](const auto& add) {
-            for (std::size_t k = 0; k < corners.size(); ++k) {
-                const Index from = skin_.first[corners[k]];
-                for (const Index corner : {corners[k - k % 3 + (k + 1) % 3], corners[k - k % 3 + (k + 2) % 3]}) {
-                    const double far = (skin_.rest.col(from) - skin_.rest.col(corner)).norm();
-                    add(from, {skin_.first[corner], 1.0 / (far + kCoincident)});
-                    total[from] += 0.5 / (far + kCoincident);  // each is added twice
-                }
-            }
+        skin_.around = grouped<Index>(skin_.vertex_count(), [&](const auto& add) {
+            for (std::size_t k = 0; k < corners.size(); ++k)
+                for (const std::size_t other : {k - k % 3 + (k + 1) % 3, k - k % 3 + (k + 2) % 3})
+                    add(skin_.first[corners[k]], skin_.first[corners[other]]);
         });
-        for (Index v = 0; v < skin_.vertex_count(); ++v)
-            for (auto k = skin_.around.offsets[v]; k < skin_.around.offsets[v + 1]; ++k)
-                skin_.around.items[k].weight /= total[v];
     }
 
     void alternate(Index rounds, double done, double part) {
@@ -151,17 +143,16 @@ class BoneFitting {
             take_motion();
             return alternate(kGivenRounds, 0.0, 1.0);
         }
-        for (Index v = 0; v < skin_.vertex_count(); ++v) {  // to the nearest bone
-            double nearest = std::numeric_limits<double>::infinity();
-            for (Index j = 0; j < bones; ++j) {
-                const Vector3 along = tails.row(j) - heads.row(j),
-                              to = skin_.rest.col(v).head<3>() - heads.row(j).transpose();
-                const double share = std::clamp(along.dot(to) / (along.squaredNorm() + kRounding), 0.0, 1.0);
-                const double far = (share * along - to).squaredNorm();
-                if (far < nearest) skin_.weights[v * skin_.influences] = {j, 1.0};
-                nearest = std::min(far, nearest);
-            }
-        }
+        Positions ends(2 * bones, 3);
+        ends << heads, tails;
+        Triangles lines(bones, 3);
+        for (Index j = 0; j < bones; ++j)
+            lines.row(j) << j, bones + j, bones + j;
+        const std::vector<Index> one_part(2 * bones, 0);
+        const TriangleTree tree(ends, lines, one_part, execution_);
+        for (Index v = 0; v < skin_.vertex_count(); ++v)
+            skin_.weights[v * skin_.influences] = {
+                tree.nearest({skin_.rest.col(v).head<3>()}, std::numeric_limits<double>::infinity()).triangle, 1.0};
         alternate(kGivenRounds, 0.0, 1.0);
     }
 

@@ -34,7 +34,7 @@ struct Skin : Bones {
     Eigen::Matrix4Xd rest;          ///< 4 x n, the last row 1
     const Eigen::MatrixXf& frames;  ///< 3f x n
     std::vector<Index> first;       ///< n: vertices in one place along a seam have the weights of the first
-    Grouped<Weighted> around;       ///< the neighbors of each vertex that is first, weights of sum 1
+    Grouped<Index> around;          ///< the neighbors of each vertex that is first, once for each face
     Index influences = 1;
     int threads = 1;
 };

@@ -59,7 +59,9 @@ class VertexWeights {
     /// Adds the bones that the vertex has and those of its neighbors.
     void look_around(Index vertex) {
         mean_.setZero();
-        const auto look = [&](Index other, double share) {
+        const auto around = skin_.around.of(vertex);
+        const double share = 1.0 / std::max<Index>(1, around.size());
+        const auto look = [&](Index other) {
             for (Index k = other * skin_.influences; k < (other + 1) * skin_.influences; ++k) {
                 const auto& [bone, weight] = skin_.weights[k];
                 if (weight <= 0.0) continue;
@@ -68,10 +70,9 @@ class VertexWeights {
                 if (is_new && candidates_.size() < kMostCandidates) candidates_.push_back(bone);
             }
         };
-        const auto around = skin_.around.of(vertex);
-        look(vertex, around.empty() ? 1.0 : 0.0);
-        for (const auto& [neighbour, share] : around)
-            look(neighbour, share);
+        look(vertex);
+        if (!around.empty()) mean_.setZero();
+        std::for_each(around.begin(), around.end(), look);
     }
 
     /// Of sum 1, perhaps negative.

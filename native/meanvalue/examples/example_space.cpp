@@ -1,13 +1,26 @@
 #include "meanvalue/examples/example_space.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/mesh/surface_ways.h"
 
 namespace meanvalue {
 namespace {
 
+constexpr double kFar = std::numeric_limits<double>::infinity();
+// About one for each limb and joint of a figure. More of them follow the anchors' noise.
+constexpr Index kFunctions = 12;
+// How far a function reaches, over the mean distance of a vertex from the second nearest center: with a smaller one
+// there are steps between functions, with a larger one they are alike.
+constexpr double kReach = 1.7;
+// It reaches at least this many times the largest distance of a vertex from its nearest center: each vertex has one.
+constexpr double kReachOverFarthest = 1.2;
 // What weights cost, as a share of the mean diagonal of their normal matrix: their size, and their differences
 // between functions that overlap.
 constexpr double kSizeCost = 0.03;
@@ -23,7 +36,57 @@ Matrix3 rotation_onto(const Vector3* from, const Vector3* to, const double* weig
     return closest_rotation(covariance);
 }
 
+SurfaceWays ways_along(const Encoding& layout, const PositionsView& positions, const Execution& execution) {
+    std::vector<Index> ends;
+    for (Index v = 0; v < layout.vertex_count(); ++v) {
+        const EncodedRing ring = layout.ring_of(v);
+        for (Index k = 0; k < ring.valence; ++k) {
+            if (v < ring.ring[k] || layout.ring_of(ring.ring[k]).valence == 0)
+                ends.insert(ends.end(), {v, ring.ring[k]});
+        }
+    }
+    const auto count = static_cast<Eigen::Index>(ends.size() / 2);
+    return {positions, Eigen::Map<const SurfaceWays::Edges>(ends.data(), count, 2), Triangles(0, 3), 0.0, 1,
+            execution};
+}
+
 }  // namespace
+
+SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& positions,
+                                   const Execution& execution) {
+    if (positions.rows() == 0) return;
+    const SurfaceWays ways = ways_along(layout, positions, execution);
+    Eigen::ArrayXd nearest = (positions.rowwise() - mean_row(positions).transpose()).rowwise().norm();
+    Eigen::ArrayXd second = Eigen::ArrayXd::Constant(positions.rows(), kFar);
+    std::vector<Eigen::ArrayXd> distances;  // from each center; in a straight line to where no edges lead
+    for (Eigen::Index center = 0; count < kFunctions; ++count) {
+        execution.check();
+        if (!(nearest.maxCoeff(&center) > 0.0) && count > 0) break;
+        const std::vector<double> along = ways.distances({static_cast<Index>(center)}, kFar);
+        const Eigen::ArrayXd straight = (positions.rowwise() - positions.row(center)).rowwise().norm();
+        const Eigen::Map<const Eigen::ArrayXd> found(along.data(), positions.rows());
+        distances.emplace_back(found.isFinite().select(found, straight));
+        if (count > 0) second = second.min(nearest.max(distances.back()));
+        nearest = count > 0 ? nearest.min(distances.back()).eval() : distances.back();
+    }
+    const double mean = count > 1 ? second.mean() : 0.0;
+    const double reach = std::max(kReach * mean, kReachOverFarthest * nearest.maxCoeff());
+    values = grouped<Value>(positions.rows(), [&](const auto& add) {
+        for (Index v = 0; v < positions.rows(); ++v) {
+            execution.check_every(v);
+            double total = 0.0;
+            const auto bell = [&](Index c) {
+                const double share = reach > 0.0 ? std::min(1.0, distances[c](v) / reach) : 0.0;
+                const double root = (1.0 - share * share) * (1.0 - share * share);
+                return root * root;
+            };
+            for (Index c = 0; c < count; ++c)
+                total += bell(c);
+            for (Index c = 0; c < count; ++c)
+                if (bell(c) > 0.0) add(v, {c, bell(c) / total});
+        }
+    });
+}
 
 ExampleSpace::ExampleSpace(const Encoding& rest, const SurfaceFunctions& functions, const PositionsView& positions,
                            const std::vector<Positions>& shapes, int threads, const Execution& execution)
@@ -74,31 +137,26 @@ void ExampleSpace::measure(std::size_t example, const PositionsView& shape, int 
                 for (int c = 0; c < 3; ++c)
                     difference.edge[c] = static_cast<float>(edge[c]);
             }
-            measure_encoding(example, v, encoder);
+            const EncodedRing ring = rest_.ring_of(v);
+            const std::uint8_t flags = encoder.encode(v, ring.ring, valence);
+            // Where it can't be encoded as the rest shape is, or both are steep, it has no difference.
+            if ((flags & (kNotPredictable | kSteepEdge)) != 0 || ring.normal_weights != nullptr) continue;
+            for (Index k = 0; k < valence; ++k) {
+                Difference& difference = differences_[static_cast<std::size_t>(first + k) * count_ + example];
+                difference.weight = static_cast<float>(encoder.weights()[k] - ring.weights[k]);
+                difference.height = static_cast<float>(encoder.heights()[k] - ring.heights[k]);
+            }
+            softening_[static_cast<std::size_t>(v) * count_ + example] =
+                static_cast<float>(encoder.softening() - ring.softening);
         }
     });
 }
 
-/// Where the example can't be encoded as the rest shape is, or both are steep, it has no difference.
-void ExampleSpace::measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder) {
-    const EncodedRing ring = rest_.ring_of(vertex);
-    const std::uint8_t flags = encoder.encode(vertex, ring.ring, ring.valence);
-    if ((flags & (kNotPredictable | kSteepEdge)) != 0 || ring.normal_weights != nullptr) return;
-    const auto first = static_cast<std::size_t>(rest_.ring_offsets[vertex]);
-    for (Index k = 0; k < ring.valence; ++k) {
-        Difference& difference = differences_[(first + k) * count_ + example];
-        difference.weight = static_cast<float>(encoder.weights()[k] - ring.weights[k]);
-        difference.height = static_cast<float>(encoder.heights()[k] - ring.heights[k]);
-    }
-    softening_[static_cast<std::size_t>(vertex) * count_ + example] =
-        static_cast<float>(encoder.softening() - ring.softening);
-}
-
 void ExampleSpace::factorise(const Execution& execution) {
-    const Eigen::Index size = Eigen::Index{functions_.count()} * count_;
+    const Eigen::Index size = Eigen::Index{functions_.count} * count_;
     if (size == 0) return;
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
-    Eigen::MatrixXd overlap = Eigen::MatrixXd::Zero(functions_.count(), functions_.count());
+    Eigen::MatrixXd overlap = Eigen::MatrixXd::Zero(functions_.count, functions_.count);
     Eigen::MatrixXd of_vertex(count_, count_);
     Eigen::MatrixXd edges(3, count_);
     for (const Index v : sample_) {
@@ -110,19 +168,19 @@ void ExampleSpace::factorise(const Execution& execution) {
                 edges.col(e) << of[e].edge[0], of[e].edge[1], of[e].edge[2];
             of_vertex += cell_weights_[half_edge] * edges.transpose().lazyProduct(edges);
         }
-        for (auto a = functions_.begin(v); a != functions_.end(v); ++a) {
-            for (auto b = functions_.begin(v); b != functions_.end(v); ++b) {
-                normal.block(a->function * count_, b->function * count_, count_, count_) +=
-                    a->value * b->value * of_vertex;
-                if (a->function != b->function) overlap(a->function, b->function) += a->value * b->value;
+        for (const auto& a : functions_.values.of(v)) {
+            for (const auto& b : functions_.values.of(v)) {
+                normal.block(a.function * count_, b.function * count_, count_, count_) +=
+                    a.value * b.value * of_vertex;
+                if (a.function != b.function) overlap(a.function, b.function) += a.value * b.value;
             }
         }
     }
     const double scale = normal.diagonal().mean();
     const Eigen::VectorXd degrees = overlap.rowwise().sum();
     const double mean_degree = degrees.mean();
-    for (Index a = 0; a < functions_.count(); ++a) {
-        for (Index b = 0; b < functions_.count(); ++b) {
+    for (Index a = 0; a < functions_.count; ++a) {
+        for (Index b = 0; b < functions_.count; ++b) {
             const double laplacian = a == b ? degrees[a] : -overlap(a, b);
             const double cost = mean_degree > 0.0 ? kDifferenceCost * laplacian / mean_degree : 0.0;
             normal.block(a * count_, b * count_, count_, count_).diagonal().array() +=
@@ -134,7 +192,7 @@ void ExampleSpace::factorise(const Execution& execution) {
 
 ExampleWeights ExampleSpace::fit(const PositionsView& shape, int threads, const Execution& execution) const {
     const auto count = static_cast<Index>(sample_.size());
-    if (functions_.count() == 0) return ExampleWeights(0, count_);
+    if (functions_.count == 0) return ExampleWeights(0, count_);
     Eigen::MatrixXd pulls(count_, count);  // of each sampled vertex
     parallel_for(count, threads, execution, [&](Index begin, Index end) {
         std::vector<Vector3> edges;
@@ -157,19 +215,19 @@ ExampleWeights ExampleSpace::fit(const PositionsView& shape, int threads, const 
             }
         }
     });
-    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count_, functions_.count());
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count_, functions_.count);
     for (Index s = 0; s < count; ++s) {
-        for (auto f = functions_.begin(sample_[s]); f != functions_.end(sample_[s]); ++f)
-            right.col(f->function) += f->value * pulls.col(s);
+        for (const auto& [function, value] : functions_.values.of(sample_[s]))
+            right.col(function) += value * pulls.col(s);
     }
     const Eigen::VectorXd solved = factor_.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), right.size()));
-    return Eigen::Map<const Eigen::MatrixXd>(solved.data(), count_, functions_.count()).transpose();
+    return Eigen::Map<const Eigen::MatrixXd>(solved.data(), count_, functions_.count).transpose();
 }
 
 void ExampleSpace::find_shares(Index vertex, const ExampleWeights& weights, Eigen::VectorXd& shares) const {
     shares.setZero(count_);
-    for (auto f = functions_.begin(vertex); f != functions_.end(vertex); ++f)
-        shares += f->value * weights.row(f->function).transpose();
+    for (const auto& [function, value] : functions_.values.of(vertex))
+        shares += value * weights.row(function).transpose();
 }
 
 void ExampleSpace::blend(const ExampleWeights& weights, int threads, const Execution& execution, Encoding& encoding,

@@ -4,15 +4,30 @@
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/shared_arrays.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
-#include "meanvalue/encoding/ring_encoder.h"
-#include "meanvalue/examples/surface_functions.h"
 #include "meanvalue/mesh/region.h"
 
 namespace meanvalue {
+
+/// Smooth functions over a surface that sum to one: what weights that vary slowly over a mesh are made of. Bells of
+/// the distance over the surface from vertices far from each other, divided by their sum.
+struct SurfaceFunctions {
+    struct Value {
+        Index function;
+        double value;
+    };
+
+    /// @param layout the rings, n. @param positions n x 3. @throws Cancelled. Cost: that of sorting, for each
+    /// function.
+    SurfaceFunctions(const Encoding& layout, const PositionsView& positions, const Execution& execution);
+
+    Index count = 0;
+    Grouped<Value> values;  ///< of each vertex, those that are not 0
+};
 
 /// What each example counts by each function of SurfaceFunctions, functions x e. The rest shape counts what is
 /// missing to one.
@@ -52,7 +67,6 @@ class ExampleSpace {
 
     const Difference* differences_of(std::size_t half_edge) const { return differences_.data() + half_edge * count_; }
     void measure(std::size_t example, const PositionsView& shape, int threads, const Execution& execution);
-    void measure_encoding(std::size_t example, Index vertex, RingEncoder& encoder);
     void factorise(const Execution& execution);
     void find_shares(Index vertex, const ExampleWeights& weights, Eigen::VectorXd& shares) const;
 

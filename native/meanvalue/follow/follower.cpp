@@ -75,10 +75,6 @@ Follower::Follower(const FollowBinding& binding, Execution& execution) {
     bound_ = std::move(bound);
 }
 
-Follower::Follower(Follower&&) noexcept = default;
-Follower& Follower::operator=(Follower&&) noexcept = default;
-Follower::~Follower() = default;
-
 Positions Follower::follow(const PositionsView& carrier_posed, int threads, const Execution& execution) const {
     require_count("carrier_posed", carrier_posed.rows(), "position", bound_->carrier_count,
                   "vertices of the carrier");

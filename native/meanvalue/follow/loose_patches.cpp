@@ -1,11 +1,10 @@
-#include "meanvalue/follow/loose_patches.h"
-
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "meanvalue/follow/loose_parts.h"
 #include "meanvalue/mesh/extent.h"
 
 namespace meanvalue {

@@ -17,14 +17,45 @@ constexpr double kRimShare = 0.3;
 
 }  // namespace
 
+void factor_laplacian(Index vertices, std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries,
+                      int threads, const Execution& execution, SupernodalFactor& factor) {
+    DisjointSets parts(vertices);
+    std::vector<double> diagonal(vertices, 0.0);
+    for (const auto& entry : entries) {
+        parts.join(entry.row(), entry.col());
+        for (const Index v : {entry.row(), entry.col()})
+            diagonal[v] -= entry.value();
+    }
+    for (Index v = 0; v < vertices; ++v) {
+        const double held = parts.root(v) == v ? 2.0 : 1.0;
+        entries.emplace_back(v, v, diagonal[v] > 0.0 ? held * diagonal[v] : 1.0);
+    }
+    SparseMatrix lower(vertices, vertices);
+    execution.check();
+    lower.setFromTriplets(entries.begin(), entries.end());
+    factor.analyse(lower, execution, threads);
+    if (!factor.factorise(lower, execution, threads))
+        throw SolverFailure(message("the Laplacian of ", vertices, " vertices is not positive definite"));
+}
+
 CellAssembly::CellAssembly(const OneRings& rings, const std::vector<Vector3>& edges, InstructionSet instructions,
                            int threads, const Execution& execution)
     : rings_(rings), factor_(instructions) {
     measure(edges, threads, execution);
-    const SparseMatrix lower = matrix(execution);
-    factor_.analyse(lower, execution, threads);
-    if (!factor_.factorise(lower, execution, threads))
-        throw SolverFailure(message("the Laplacian of ", lower.rows(), " vertices is not positive definite"));
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    entries.reserve(2 * rings_.vertices.size() + rings_.vertex_count());
+    const auto add = [&](Index a, Index b, double weight) {
+        entries.emplace_back(std::max(a, b), std::min(a, b), -weight);
+    };
+    for (Index v = 0; v < rings_.vertex_count(); ++v) {
+        execution.check_every(v);
+        const Index first = rings_.offsets[v], last = rings_.offsets[v + 1];
+        for (Index k = first; k < last; ++k) {
+            add(v, rings_.vertices[k], spokes_[k]);
+            add(rings_.vertices[k], rings_.vertices[k + 1 == last ? first : k + 1], rims_[k]);
+        }
+    }
+    factor_laplacian(rings_.vertex_count(), std::move(entries), threads, execution, factor_);
 }
 
 void CellAssembly::measure(const std::vector<Vector3>& edges, int threads, const Execution& execution) {
@@ -44,39 +75,6 @@ void CellAssembly::measure(const std::vector<Vector3>& edges, int threads, const
             }
         }
     });
-}
-
-/// The lower triangle. The first vertex of each part is held: this fixes where the part is, and nothing else.
-SparseMatrix CellAssembly::matrix(const Execution& execution) const {
-    const Index vertices = rings_.vertex_count();
-    DisjointSets parts(vertices);
-    std::vector<double> diagonal(vertices, 0.0);
-    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
-    entries.reserve(2 * rings_.vertices.size() + vertices);
-    const auto add = [&](Index a, Index b, double weight) {
-        diagonal[a] += weight;
-        diagonal[b] += weight;
-        parts.join(a, b);
-        entries.emplace_back(std::max(a, b), std::min(a, b), -weight);
-    };
-    for (Index v = 0; v < vertices; ++v) {
-        execution.check_every(v);
-        const Index first = rings_.offsets[v];
-        const Index last = rings_.offsets[v + 1];
-        for (Index k = first; k < last; ++k) {
-            add(v, rings_.vertices[k], spokes_[k]);
-            add(rings_.vertices[k], rings_.vertices[k + 1 == last ? first : k + 1], rims_[k]);
-        }
-    }
-    for (Index v = 0; v < vertices; ++v) {
-        const double held = parts.root(v) == v ? 2.0 : 1.0;
-        entries.emplace_back(v, v, diagonal[v] > 0.0 ? held * diagonal[v] : 1.0);
-    }
-    SparseMatrix lower(vertices, vertices);
-    execution.check();
-    lower.setFromTriplets(entries.begin(), entries.end());
-    execution.check();
-    return lower;
 }
 
 /// Minus the derivative of the energy of one row by its own vertex. @param shares receives the same by each ring

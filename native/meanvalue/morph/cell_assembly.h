@@ -10,6 +10,11 @@
 
 namespace meanvalue {
 
+/// Factors the Laplacian of a graph. The first vertex of each part is held: this fixes where the part is, and nothing
+/// else. @param entries minus the weight of each edge, below the diagonal. @throws Cancelled, SolverFailure.
+void factor_laplacian(Index vertices, std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries,
+                      int threads, const Execution& execution, SupernodalFactor& factor);
+
 /// Minimizes, with e_ik = v_i - v_k of the result and t_ik = R_i times that of the cells, over all triangles (i, j,
 /// k) seen from each of their corners
 ///     sum_i sum_(j,k) s_ik |e_ik - t_ik|^2 + c_jk |(e_ij - t_ij) - (e_ik - t_ik)|^2,
@@ -29,7 +34,6 @@ class CellAssembly {
 
   private:
     void measure(const std::vector<Vector3>& edges, int threads, const Execution& execution);
-    SparseMatrix matrix(const Execution& execution) const;
     Vector3 pull_of(Index row, const std::vector<Vector3>& edges, const Matrix3& rotation, const Positions& positions,
                     std::vector<Vector3>& missing, Vector3* shares) const;
 

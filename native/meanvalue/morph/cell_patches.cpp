@@ -1,8 +1,8 @@
-#include "meanvalue/morph/cell_patches.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "meanvalue/morph/relative_rotations.h"
 
 namespace meanvalue {
 namespace {
@@ -105,18 +105,18 @@ void CellPatches::spread(const OneRings& rings, const Execution& execution) {
         }
         known = std::move(next);
     }
-    share_start.assign(1, 0);
-    for (Index v = 0; v < vertices; ++v) {
-        shares.insert(shares.end(), known[v].begin(), known[v].end());
-        share_start.push_back(static_cast<Index>(shares.size()));
-    }
+    shares = grouped<Share>(vertices, [&](const auto& add) {
+        for (Index v = 0; v < vertices; ++v)
+            for (const Share& share : known[v])
+                add(v, share);
+    });
 }
 
 Quaternion CellPatches::mean_rotation(Index vertex, const Quaternion* rotations, std::size_t stride) const {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (Index k = share_start[vertex]; k < share_start[vertex + 1]; ++k) {
-        const Eigen::Vector4d each = rotations[shares[k].patch * stride].coeffs();
-        sum += (sum.dot(each) < 0.0 ? -shares[k].share : shares[k].share) * each;
+    for (const auto& [patch, share] : shares.of(vertex)) {
+        const Eigen::Vector4d each = rotations[patch * stride].coeffs();
+        sum += (sum.dot(each) < 0.0 ? -share : share) * each;
     }
     const double length = sum.norm();
     return length > 0.0 ? Quaternion(Eigen::Vector4d(sum / length)) : Quaternion::Identity();

@@ -160,24 +160,4 @@ std::vector<double> LocalCells::common_sizes(const std::vector<double>& weights)
     return result;
 }
 
-Quaternion LocalCells::mean_rotation(const std::vector<double>& weights) const {
-    const Quaternion middle = nearest_to_all(shape_rotations_);
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t k = 0; k < count_; ++k)
-        sum += weights[k] * rotation_vector(shape_rotations_[k] * middle.conjugate());
-    return quaternion_by(sum) * middle;
-}
-
-Quaternion LocalCells::cell_rotation(std::size_t shape, Index vertex) const {
-    return shape_rotations_[shape] * relative_->of_shape(shape, vertex);
-}
-
-std::vector<Quaternion> LocalCells::rotations(const std::vector<double>& weights, int threads,
-                                              const Execution& execution) const {
-    std::vector<Quaternion> result;
-    const ShapeWeights alike(weights, static_cast<Index>(count_), rings_.vertex_count());
-    relative_->fill(alike, {}, mean_rotation(weights), threads, execution, result);
-    return result;
-}
-
 }  // namespace meanvalue

@@ -38,12 +38,9 @@ class LocalCells {
     /// G_k.
     const Quaternion& shape_rotation(std::size_t shape) const { return shape_rotations_[shape]; }
     /// The average of the G_k.
-    Quaternion mean_rotation(const std::vector<double>& weights) const;
-    /// The rotation of a cell of shape k in space, G_k R_ik.
-    Quaternion cell_rotation(std::size_t shape, Index vertex) const;
-    /// The rotations of all cells in between, in space, with the same weights for all. @return n.
-    std::vector<Quaternion> rotations(const std::vector<double>& weights, int threads,
-                                      const Execution& execution) const;
+    Quaternion mean_rotation(const std::vector<double>& weights) const {
+        return mean_of_rotations(shape_rotations_, weights);
+    }
 
   private:
     void measure_sizes(const std::vector<PositionsView>& shapes, std::size_t central, const Execution& execution);

@@ -5,14 +5,15 @@
 
 #include "meanvalue/common/checks.h"
 #include "meanvalue/common/errors.h"
+#include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/stage_timer.h"
 #include "meanvalue/encoding/shape_weights.h"
+#include "meanvalue/follow/loose_parts.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/extent.h"
 #include "meanvalue/mesh/fixed_vertices.h"
 #include "meanvalue/morph/cell_assembly.h"
-#include "meanvalue/morph/following_parts.h"
 #include "meanvalue/morph/shape_overlay.h"
 
 namespace meanvalue {
@@ -24,6 +25,10 @@ constexpr double kStill = 0.02;
 // Weight of a part's own rotation beside the fit: enough that it does not turn over where average positions cancel
 // each other, as those of a straight limb and of one that is curled up do.
 constexpr double kOwnRotation = 0.25;
+// Parts that are smaller than this share of the largest one may follow. At 1 rounding decides between equal parts.
+constexpr double kSmall = 0.5;
+// A part follows where being carried from shape to shape misses it by no more than this share of how far it goes.
+constexpr double kMisses = 0.5;
 // Memory for each vertex, measured.
 constexpr std::size_t kBytes = 750;
 constexpr std::size_t kBytesOfShape = 300;
@@ -97,29 +102,83 @@ struct Morpher::Bound {
     int threads = 1;
     OneRings rings;  // of all shapes
     std::unique_ptr<const LocalCells> cells;
-    FollowingParts following;
+    std::vector<char> follows;           // of each part: whether it goes along with another from shape to shape
+    std::vector<LooseParts> carried_by;  // in each shape; none where no part follows
     std::unique_ptr<const CellAssembly> assembly;
 
     /// Moves each part onto `onto` by a rotation and a translation. @param weights n.
     void place(const Positions& onto, const std::vector<double>& weights, Positions& positions) const {
         for (std::size_t part = 0; part < parts.size(); ++part) {
-            if (following.follows(parts[part].front())) continue;
+            if (follows[part]) continue;
             const bool by_anchors = anchors_of[part].size() >= 3;
             move_onto(onto, weights, kOwnRotation, by_anchors ? anchors_of[part] : parts[part], parts[part],
                       positions);
         }
     }
 
-    /// Moves parts that follow to where the others carry them.
+    void find_following(const TrianglesView& faces, Components components, const Execution& execution);
     void carry_following(const ShapeWeights& weights, int threads, const Execution& execution,
-                         Positions& positions) const {
-        if (following.empty()) return;
-        const Positions onto = following.carried(shapes, weights, positions, threads, execution);
-        for (const std::vector<Index>& part : parts) {
-            if (following.follows(part.front())) move_onto(onto, {}, 0.0, part, part, positions);
+                         Positions& positions) const;
+};
+
+/// Small parts (eyes, teeth, buttons) follow that are not anchored, if they go from each shape to the next, round
+/// about, as the surface near to them carries them (LooseParts).
+/// @param components with the anchors of each part.
+void Morpher::Bound::find_following(const TrianglesView& faces, Components components, const Execution& execution) {
+    follows.assign(parts.size(), 1);
+    for (const PositionsView& shape : shapes) {
+        execution.check();
+        std::vector<double> sizes;
+        for (const std::vector<Index>& part : parts)
+            sizes.push_back(bounding_box_diagonal(shape(part, Eigen::all)));
+        const double largest = *std::max_element(sizes.begin(), sizes.end());
+        for (std::size_t part = 0; part < parts.size(); ++part)
+            follows[part] &= sizes[part] < kSmall * largest ? 1 : 0;
+    }
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+        if (!components.is_loose(static_cast<Index>(part))) follows[part] = 0;
+        if (!follows[part]) components.fixed[part].push_back(parts[part].front());
+    }
+    if (std::count(follows.begin(), follows.end(), 1) == 0) return;
+    carried_by.resize(shapes.size());
+    parallel_items(shapes.size(), threads, execution, [&](int, std::size_t k) {
+        carried_by[k] =
+            LooseParts(shapes[k], faces, components, FollowKind::kRigid, InstructionSet::kPortable, 1, execution);
+    });
+    std::vector<double> missed(parts.size(), 0.0);  // squared distances from where a part is carried
+    std::vector<double> gone(parts.size(), 0.0);    // and from where it was
+    for (std::size_t from = 0; from < shapes.size(); ++from) {
+        const PositionsView& to = shapes[(from + 1) % shapes.size()];
+        Positions carried = to;
+        carried_by[from].carry(shapes[from], carried.data(), threads, execution);
+        const Eigen::RowVector3d shift = (mean_row(to) - mean_row(shapes[from])).transpose();
+        for (std::size_t part = 0; part < parts.size(); ++part) {
+            for (const Index v : parts[part]) {
+                missed[part] += (carried.row(v) - to.row(v)).squaredNorm();
+                gone[part] += (shapes[from].row(v) + shift - to.row(v)).squaredNorm();
+            }
         }
     }
-};
+    for (std::size_t part = 0; part < parts.size(); ++part)
+        follows[part] &= missed[part] <= kMisses * kMisses * gone[part] ? 1 : 0;
+    if (std::count(follows.begin(), follows.end(), 1) == 0) carried_by.clear();
+}
+
+/// Placed each by itself, a part is at the average of its own positions: an eye of a head that rotates would go
+/// straight while the head goes round. So each shape carries parts that follow along with the surface that is near to
+/// them there, and they are placed by the average of that. At each shape alone they are where that shape has them.
+void Morpher::Bound::carry_following(const ShapeWeights& weights, int threads, const Execution& execution,
+                                     Positions& positions) const {
+    Positions onto = Positions::Zero(positions.rows(), 3), carried = positions;
+    for (std::size_t k = 0; k < carried_by.size(); ++k) {
+        if (weights.is_uniform() && weights.mean()[k] == 0.0) continue;
+        carried_by[k].carry(shapes[k], carried.data(), threads, execution);
+        for (Index v = 0; v < onto.rows(); ++v)
+            onto.row(v) += weights.of(v)[k] * carried.row(v);
+    }
+    for (std::size_t part = 0; part < parts.size(); ++part)
+        if (follows[part]) move_onto(onto, {}, 0.0, parts[part], parts[part], positions);
+}
 
 Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     pin_eigen_cache_sizes();
@@ -151,7 +210,7 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
         for (Index v = 0; v < vertices; ++v)
             bound->parts[components.part_of[v]].push_back(v);
         bound->cells = std::make_unique<LocalCells>(bound->rings, bound->shapes, bound->threads, execution);
-        bound->following = FollowingParts(bound->shapes, *binding.faces, components, bound->threads, execution);
+        bound->find_following(*binding.faces, components, execution);
         bound->still = stillness(bound->shapes, geometric_mean(sizes, even), execution);
     }
     const StageTimer timer(report_.timings, "factor");
@@ -169,8 +228,6 @@ Morpher::Morpher(const MorphBinding& binding, Execution& execution) {
     bound_ = std::move(bound);
 }
 
-Morpher::~Morpher() = default;
-
 Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& options,
                         const Execution& execution) const {
     const ShapeWeights normalised(weights, report_.shape_count, report_.vertex_count);
@@ -178,8 +235,8 @@ Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& 
     Solution solution;
     {
         const StageTimer timer(solution.timings, "total");
-        const ShapeOverlay overlay = overlay_shapes(bound_->shapes, bound_->rings, *bound_->cells, normalised,
-                                                    options.parts, threads, execution);
+        const ShapeOverlay overlay =
+            overlay_shapes(bound_->shapes, bound_->rings, *bound_->cells, normalised, options.parts, execution);
         std::vector<double> place_weights = bound_->still;
         for (std::size_t v = 0; v < overlay.whole_shares.size(); ++v)
             place_weights[v] *= overlay.whole_shares[v];
@@ -191,7 +248,7 @@ Solution Morpher::solve(const std::vector<double>& weights, const MorphOptions& 
         solution.vertices = linear;
         bound_->assembly->solve(edges, rotations, threads, execution, solution.vertices);
         bound_->place(linear, place_weights, solution.vertices);
-        bound_->carry_following(normalised, threads, execution, solution.vertices);
+        if (!bound_->carried_by.empty()) bound_->carry_following(normalised, threads, execution, solution.vertices);
     }
     require_finite_result(solution.vertices, "weights");
     solution.energies = {0.0};

@@ -8,10 +8,9 @@
 #include <tuple>
 #include <utility>
 
-#include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/closest_rotation.h"
-#include "meanvalue/mesh/disjoint_sets.h"
+#include "meanvalue/morph/cell_assembly.h"
 
 namespace meanvalue {
 namespace {
@@ -53,7 +52,11 @@ RelativeRotations::RelativeRotations(const OneRings& rings, std::vector<Quaterni
     for (std::size_t k = 0; k < means_.size(); ++k)
         patch_vectors_[k] = rotation_vector(means_[k], patch_vectors_[k]);
     rotate_against_patches(rotations, threads, execution);
-    factorise(execution);
+    if (patch_count_ == 0) return;
+    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    for (const auto& [a, b, weight] : pairs_)
+        entries.emplace_back(b, a, -weight);
+    factor_laplacian(patch_count_, std::move(entries), 1, execution, factor_);
 }
 
 void RelativeRotations::find_pairs(const Execution& execution) {
@@ -140,78 +143,34 @@ void RelativeRotations::connect(const Execution& execution) {
         next_to[pairs_[pair].a].emplace_back(angle, pair);
         next_to[pairs_[pair].b].emplace_back(angle, pair);
     }
-    std::vector<std::pair<double, Index>> starts(patch_count_);
+    std::vector<std::pair<double, Index>> least(patch_count_);
     for (Index patch = 0; patch < patch_count_; ++patch)
-        starts[patch] = {largest(patch_vectors_.data() + patch * count_), patch};
-    std::sort(starts.begin(), starts.end());
-    std::vector<char> is_known(patch_count_, 0);
+        least[patch] = {largest(patch_vectors_.data() + patch * count_), patch};
+    std::sort(least.begin(), least.end());
+    starts_.assign(patch_count_, -1);
     using Edge = std::tuple<double, Index, Index, std::size_t>;  // angle, to, from, pair
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> queue;
-    for (const auto& [angle, start] : starts) {
-        if (!is_known[start]) queue.emplace(0.0, start, start, 0);
+    for (const auto& [angle, start] : least) {
+        if (starts_[start] < 0) queue.emplace(0.0, start, start, 0);
         while (!queue.empty()) {
             execution.check_every(tree_.size());
             const auto [cost, to, from, way] = queue.top();
             queue.pop();
-            if (is_known[to]) continue;
-            is_known[to] = 1;
+            if (starts_[to] >= 0) continue;
+            starts_[to] = start;
             tree_.push_back({to, from, way});
             for (std::size_t k = 0; k < count_; ++k)
                 patch_vectors_[to * count_ + k] =
                     rotation_vector(means_[to * count_ + k], patch_vectors_[from * count_ + k]);
             for (const auto& [further, pair] : next_to[to]) {
                 const Index next = pairs_[pair].a == to ? pairs_[pair].b : pairs_[pair].a;
-                if (!is_known[next]) queue.emplace(further, next, to, pair);
+                if (starts_[next] < 0) queue.emplace(further, next, to, pair);
             }
         }
     }
 }
 
-/// Where the Gauss-Newton steps start: rotations with exactly the given ones between neighbors of the tree, each part
-/// of the mesh turned as a whole to fit `in_space` best. The best is near, however far limbs are bent.
-std::vector<Quaternion> RelativeRotations::follow(const std::vector<Quaternion>& between,
-                                                  const std::vector<Quaternion>& in_space) const {
-    std::vector<Quaternion> found = in_space;
-    for (std::size_t begin = 0; begin < tree_.size();) {
-        std::size_t end = begin;
-        Matrix3 sum = Matrix3::Zero();
-        do {
-            const auto& [patch, from, pair] = tree_[end];
-            if (patch != from)
-                found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
-            sum += patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
-            ++end;
-        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
-        const Quaternion whole = Quaternion(closest_rotation(sum));
-        for (; begin < end; ++begin)
-            found[tree_[begin].patch] = (whole * found[tree_[begin].patch]).normalized();
-    }
-    return found;
-}
-
-void RelativeRotations::factorise(const Execution& execution) {
-    DisjointSets sets(patch_count_);
-    std::vector<double> diagonal(patch_count_, 0.0);
-    std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
-    for (const Pair& pair : pairs_) {
-        sets.join(pair.a, pair.b);
-        diagonal[pair.a] += pair.weight;
-        diagonal[pair.b] += pair.weight;
-        entries.emplace_back(pair.b, pair.a, -pair.weight);
-    }
-    for (Index patch = 0; patch < patch_count_; ++patch) {
-        const double pinned = sets.root(patch) == patch ? 2.0 : 1.0;
-        entries.emplace_back(patch, patch, diagonal[patch] > 0.0 ? pinned * diagonal[patch] : 1.0);
-    }
-    if (patch_count_ == 0) return;
-    SparseMatrix lower(patch_count_, patch_count_);
-    lower.setFromTriplets(entries.begin(), entries.end());
-    factor_.analyse(lower, execution);
-    if (!factor_.factorise(lower, execution))
-        throw SolverFailure(message("the rotations of ", patch_count_, " patches are not determined"));
-}
-
-/// One Gauss-Newton step. @return the largest angle by which it turns a patch.
+/// One Gauss-Newton step, which leaves one patch of each part of the mesh as it is.
 void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
                              const Execution& execution) const {
     Positions sums = Positions::Zero(patch_count_, 3);
@@ -224,17 +183,6 @@ void RelativeRotations::step(const std::vector<Quaternion>& between, std::vector
     }
     SupernodalFactor::Workspace workspace;
     factor_.solve(sums, sums, 1, execution, workspace);
-    // Only differences count: each part of the mesh stays as it is, as a whole.
-    for (std::size_t begin = 0; begin < tree_.size();) {
-        std::size_t end = begin;
-        Vector3 mean = Vector3::Zero();
-        do {
-            mean += Vector3(sums.row(tree_[end++].patch));
-        } while (end < tree_.size() && tree_[end].patch != tree_[end].from);
-        mean /= static_cast<double>(end - begin);
-        for (; begin < end; ++begin)
-            sums.row(tree_[begin].patch) -= mean.transpose();
-    }
     for (Index patch = 0; patch < patch_count_; ++patch)
         rotations[patch] = (quaternion_by(sums.row(patch)) * rotations[patch]).normalized();
 }
@@ -258,9 +206,22 @@ std::vector<Quaternion> RelativeRotations::find_patches_between(const std::vecto
         }
         between[pair] = quaternion_by(sum);
     }
-    std::vector<Quaternion> found = follow(between, in_space);
+    // Steps start with exactly the given rotations between neighbors of the tree: the best is near, however far limbs
+    // are bent.
+    std::vector<Quaternion> found = in_space;
+    for (const auto& [patch, from, pair] : tree_)
+        if (patch != from)
+            found[patch] = found[from] * (pairs_[pair].a == from ? between[pair] : between[pair].conjugate());
     for (int round = 0; round < kSteps; ++round)
         step(between, found, execution);
+    // Only differences counted: each part of the mesh is turned as a whole to fit best in space.
+    std::vector<Matrix3> wholes(patch_count_, Matrix3::Zero());
+    for (Index patch = 0; patch < patch_count_; ++patch)
+        wholes[starts_[patch]] +=
+            patches_.sizes[patch] * (in_space[patch] * found[patch].conjugate()).toRotationMatrix();
+    closest_rotations(wholes.data(), patch_count_);
+    for (Index patch = 0; patch < patch_count_; ++patch)
+        found[patch] = (Quaternion(wholes[starts_[patch]]) * found[patch]).normalized();
     return found;
 }
 
@@ -271,8 +232,8 @@ Quaternion RelativeRotations::own_weights(Index vertex, const double* weights, c
     Vector3 sum = Vector3::Zero();
     for (std::size_t k = 0; k < count_; ++k) {
         double more = weights[k];
-        for (Index place = patches_.share_start[vertex]; place < patches_.share_start[vertex + 1]; ++place)
-            more -= patches_.shares[place].share * shares[patches_.shares[place].patch * count_ + k];
+        for (const auto& [patch, share] : patches_.shares.of(vertex))
+            more -= share * shares[patch * count_ + k];
         if (more == 0.0) continue;
         const Quaternion own = patches_.mean_rotation(vertex, means_.data() + k, count_);
         sum += more * rotation_vector(mean.conjugate() * (frames.empty() ? own : frames[k] * own));
@@ -295,11 +256,6 @@ void RelativeRotations::fill(const ShapeWeights& weights, const std::vector<Quat
                 rotation * rotations[v] * average_rotation(own_vectors_.data() + v * count_, {}, of, count_);
         }
     });
-}
-
-Quaternion RelativeRotations::of_shape(std::size_t shape, Index vertex) const {
-    return patches_.mean_rotation(vertex, means_.data() + shape, count_) *
-           quaternion_by(own_vectors_[vertex * count_ + shape]);
 }
 
 }  // namespace meanvalue

@@ -1,16 +1,43 @@
-// Averages of the rotations of patches against their neighbors.
+// Cells of a mesh in patches, and averages of the rotations of these against their neighbors.
 #pragma once
 
 #include <vector>
 
 #include "meanvalue/common/execution.h"
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/encoding/shape_weights.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/one_ring.h"
-#include "meanvalue/morph/cell_patches.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
+
+/// Connected patches of some dozen vertices that have a ring, and how much each vertex belongs to those around it.
+struct CellPatches {
+    struct Share {
+        Index patch;
+        double share;
+    };
+
+    /// @throws Cancelled. Cost: linear, in rounds that grow with the square root of the vertices in a patch.
+    CellPatches(const OneRings& rings, const Execution& execution);
+
+    Index count() const { return static_cast<Index>(sizes.size()); }
+
+    /// The average of the rotations of the patches around a vertex, by their shares. @param rotations one for each
+    /// patch, `stride` apart.
+    Quaternion mean_rotation(Index vertex, const Quaternion* rotations, std::size_t stride) const;
+    /// patches x k: the average weights of their vertices.
+    std::vector<double> mean_weights(const ShapeWeights& weights) const;
+
+    std::vector<Index> of;     ///< n: -1 for vertices without a ring
+    std::vector<Index> sizes;  ///< in vertices
+    Grouped<Share> shares;     ///< of patches in each cell, which sum to 1
+
+  private:
+    void grow(const OneRings& rings, const Execution& execution);
+    void spread(const OneRings& rings, const Execution& execution);
+};
 
 /// Averages of rotation vectors rotate every cell about an axis of its own in space: a forearm does not bend about
 /// the elbow then, but about what is between the axes of elbow and shoulder. Averages of the rotations of each patch
@@ -33,9 +60,6 @@ class RelativeRotations {
     void fill(const ShapeWeights& weights, const std::vector<Quaternion>& frames, const Quaternion& rotation,
               int threads, const Execution& execution, std::vector<Quaternion>& rotations) const;
 
-    /// That of a cell in a shape.
-    Quaternion of_shape(std::size_t shape, Index vertex) const;
-
   private:
     struct Pair {
         Index a;
@@ -52,13 +76,10 @@ class RelativeRotations {
     void average_patches(const std::vector<Quaternion>& rotations, const Execution& execution);
     void centre(std::vector<Quaternion>& rotations);
     void rotate_against_patches(const std::vector<Quaternion>& rotations, int threads, const Execution& execution);
-    void factorise(const Execution& execution);
     void connect(const Execution& execution);
     std::vector<Quaternion> find_patches_between(const std::vector<double>& shares,
                                                  const std::vector<Quaternion>& frames,
                                                  const Execution& execution) const;
-    std::vector<Quaternion> follow(const std::vector<Quaternion>& between,
-                                   const std::vector<Quaternion>& in_space) const;
     void step(const std::vector<Quaternion>& between, std::vector<Quaternion>& rotations,
               const Execution& execution) const;
     Quaternion own_weights(Index vertex, const double* weights, const std::vector<double>& shares,
@@ -74,6 +95,7 @@ class RelativeRotations {
     std::vector<Pair> pairs_;             // a < b, ascending
     std::vector<Vector3> relative_;       // pairs x k: of b against a, in the frame of a
     std::vector<Step> tree_;              // every patch once, after the one that it is reached from
+    std::vector<Index> starts_;           // of each patch: where the part of the mesh begins that it is of
     SupernodalFactor factor_;
 };
 

@@ -55,6 +55,14 @@ Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t 
     return Quaternion(closest_rotation(sum));
 }
 
+Quaternion mean_of_rotations(const std::vector<Quaternion>& rotations, const std::vector<double>& weights) {
+    const Quaternion middle = nearest_to_all(rotations);
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t k = 0; k < rotations.size(); ++k)
+        sum += weights[k] * rotation_vector(rotations[k] * middle.conjugate());
+    return quaternion_by(sum) * middle;
+}
+
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                             std::size_t count) {
     Vector3 sum = Vector3::Zero();

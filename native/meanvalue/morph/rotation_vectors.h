@@ -23,6 +23,9 @@ Quaternion half_way(const Quaternion& own, const Quaternion& other);
 /// The rotation nearest to every `stride`th of the rotations from `first` on (least squares of their matrices).
 Quaternion nearest_to_all(const std::vector<Quaternion>& rotations, std::size_t first = 0, std::size_t stride = 1);
 
+/// The average of rotations, by their vectors from the one nearest to all. @param weights sum to one.
+Quaternion mean_of_rotations(const std::vector<Quaternion>& rotations, const std::vector<double>& weights);
+
 /// The rotation by the average of `count` vectors. @param frames a rotation for each, which comes after it; or none.
 Quaternion average_rotation(const Vector3* vectors, const std::vector<Quaternion>& frames, const double* weights,
                             std::size_t count);

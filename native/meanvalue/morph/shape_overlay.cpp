@@ -8,7 +8,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {
 namespace {
@@ -75,22 +75,9 @@ std::vector<double> whole_of(const ShapeWeights& weights, const std::vector<char
     return whole;
 }
 
-/// What takes the cells of a shape to how they are rotated in the mean. @param rotations n.
-Matrix3 rotation_from(const LocalCells& cells, std::size_t shape, const std::vector<Quaternion>& rotations,
-                      const std::vector<Index>& vertices, const std::vector<double>& changes) {
-    Matrix3 sum = Matrix3::Zero();
-    for (const Index v : vertices) {
-        const Quaternion change = rotations[v] * cells.cell_rotation(shape, v).conjugate();
-        sum += changes[v] * change.toRotationMatrix();
-    }
-    return closest_rotation(sum);
-}
-
-/// Where a part fits best to the whole it enters: to each shape of that, rotated and scaled as these are in between.
-/// @param between n: the rotations of the whole's cells.
-Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
-                         std::size_t part, const ShapeWeights& weights, const std::vector<double>& whole,
-                         const ShapeOverlay& overlay, const std::vector<Quaternion>& between) {
+/// Where a part fits best to the whole it enters: the mean of where it fits best to each shape of that.
+Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRings& rings, std::size_t part,
+                         const ShapeWeights& weights, const std::vector<double>& whole, const ShapeOverlay& overlay) {
     // A vertex counts by how much the weight of the part changes from it to its ring.
     std::vector<Index> border;
     std::vector<double> changes(rings.vertex_count(), 0.0);
@@ -115,18 +102,19 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRing
     }
     centre /= sum;
     Vector3 to = Vector3::Zero();
-    Matrix3 rotations = Matrix3::Zero();
-    std::vector<double> scales(shapes.size(), 1.0);
+    std::vector<Quaternion> rotations;
+    std::vector<double> scales, shares;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (whole[k] == 0.0) continue;
         const Similarity fit = fit_similarity(shapes[part], shapes[k], border, changes);
-        rotations += whole[k] * rotation_from(cells, k, between, border, changes) * fit.rotation;
-        scales[k] = fit.scale * overlay.sizes[k];
+        rotations.emplace_back(fit.rotation);
+        scales.push_back(fit.scale * overlay.sizes[k]);
+        shares.push_back(whole[k]);
         to += whole[k] * overlay.places[k].apply(fit.apply(centre));
     }
     Similarity place;
-    place.scale = geometric_mean(scales, whole);
-    place.rotation = closest_rotation(rotations);
+    place.scale = geometric_mean(scales, shares);
+    place.rotation = mean_of_rotations(rotations, shares).toRotationMatrix();
     place.translation = to - place.scale * place.rotation * centre;
     return place;
 }
@@ -134,18 +122,17 @@ Similarity place_of_part(const std::vector<PositionsView>& shapes, const OneRing
 }  // namespace
 
 ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
-                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts, int threads,
+                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution) {
     const std::vector<char> is_part = flag_parts(weights, parts);
     if (weights.is_uniform()) return stack(shapes, cells, weights.mean());
     const std::vector<double> whole = whole_of(weights, is_part, rings.vertex_count());
     ShapeOverlay result = stack(shapes, cells, whole);
-    const std::vector<Quaternion> between = cells.rotations(whole, threads, execution);
     result.frames.assign(shapes.size(), Quaternion::Identity());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (!is_part[k]) continue;
         execution.check();
-        result.places[k] = place_of_part(shapes, rings, cells, k, weights, whole, result, between);
+        result.places[k] = place_of_part(shapes, rings, k, weights, whole, result);
         result.sizes[k] = result.places[k].scale;
         result.frames[k] =
             result.rotation.conjugate() * Quaternion(result.places[k].rotation) * cells.shape_rotation(k);

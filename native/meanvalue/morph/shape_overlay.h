@@ -28,7 +28,7 @@ struct ShapeOverlay {
 
 /// @param parts as MorphOptions::parts. @throws InvalidInput where these are no shapes, or all of them; Cancelled.
 ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneRings& rings, const LocalCells& cells,
-                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts, int threads,
+                            const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution);
 
 /// The average shape by positions alone. @return n x 3.

@@ -1,4 +1,4 @@
-// Values of shape keys from one frame of targets.
+// Values of shape keys from one frame of targets, and from all frames of a motion.
 #pragma once
 
 #include <Eigen/Core>
@@ -73,5 +73,14 @@ void refine_estimate(const SliderModel& model, const FrameTargets& frame, const 
 /// faster than targets do, where refine_estimate() may change from one shape to another. @throws Cancelled.
 void follow_targets(const SliderModel& model, const FrameTargets& frame, const Execution& execution,
                     FrameEstimate& estimate);
+
+/// Each frame by itself first; then values are drawn to those of the frames beside them, as strongly as they change
+/// little from frame to frame beside their noise (a random walk whose variance is estimated from the differences over
+/// one and over two frames).
+/// @param least_known frames with fewer known targets take their values and motion from the frames beside them; one
+/// frame at least has as many.
+/// The same bits for any number of threads. @throws Cancelled.
+std::vector<FrameEstimate> estimate_sequence(const SliderModel& model, const std::vector<FrameTargets>& frames,
+                                             std::size_t least_known, int threads, const Execution& execution);
 
 }  // namespace meanvalue

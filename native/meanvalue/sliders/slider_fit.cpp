@@ -10,7 +10,6 @@
 #include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/sliders/frame_fit.h"
-#include "meanvalue/sliders/slider_sequence.h"
 
 namespace meanvalue {
 namespace {
@@ -185,8 +184,6 @@ SliderFit::SliderFit(const SliderBinding& binding) {
     }
     bound_ = std::move(bound);
 }
-
-SliderFit::~SliderFit() = default;
 
 SliderSolution SliderFit::solve(const PositionsView& targets, const SliderOptions& options,
                                 const Execution& execution) const {

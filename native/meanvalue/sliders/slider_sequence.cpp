@@ -1,8 +1,7 @@
-#include "meanvalue/sliders/slider_sequence.h"
-
 #include <algorithm>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/sliders/frame_fit.h"
 
 namespace meanvalue {
 namespace {

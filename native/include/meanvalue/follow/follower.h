@@ -49,9 +49,6 @@ class Follower {
     /// @throws InvalidInput that names what is wrong with which array, Cancelled. Cost: n log n.
     Follower(const FollowBinding& binding, Execution& execution);
     explicit Follower(const FollowBinding& binding) : Follower(binding, *std::make_unique<Execution>()) {}
-    Follower(Follower&&) noexcept;
-    Follower& operator=(Follower&&) noexcept;
-    ~Follower();
 
     /// n x 3: where the mesh goes to. Calls may run side by side. The same bits for any number of threads.
     /// @param carrier_posed c x 3. @param threads 0: as many as it was bound with. @throws InvalidInput, Cancelled.
@@ -66,7 +63,7 @@ class Follower {
   private:
     struct Bound;
 
-    std::unique_ptr<const Bound> bound_;
+    std::shared_ptr<const Bound> bound_;
 };
 
 }  // namespace meanvalue

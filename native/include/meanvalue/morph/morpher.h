@@ -53,7 +53,6 @@ class Morpher {
     /// @throws InvalidInput that names what is wrong with which shape, SolverFailure, Cancelled.
     Morpher(const MorphBinding& binding, Execution& execution);
     explicit Morpher(const MorphBinding& binding) : Morpher(binding, *std::make_unique<Execution>()) {}
-    ~Morpher();
 
     /// The shape whose cells are the averages of all shapes' cells: each in its local frame, and their rotations.
     /// Each part of the mesh is placed by the best fit to the average positions.
@@ -68,7 +67,7 @@ class Morpher {
   private:
     struct Bound;
 
-    std::unique_ptr<const Bound> bound_;
+    std::shared_ptr<const Bound> bound_;
     MorphReport report_;
 };
 

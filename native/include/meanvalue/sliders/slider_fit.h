@@ -52,7 +52,6 @@ class SliderFit {
   public:
     /// @throws InvalidInput that names what is wrong with which shape or anchor.
     explicit SliderFit(const SliderBinding& binding);
-    ~SliderFit();
 
     /// @param targets k x 3, NaN where a target is missing.
     /// @throws InvalidInput, among others where fewer than three targets are there (one, if the whole can't move);
@@ -79,7 +78,7 @@ class SliderFit {
   private:
     struct Bound;
 
-    std::unique_ptr<const Bound> bound_;
+    std::shared_ptr<const Bound> bound_;
 };
 
 }  // namespace meanvalue
