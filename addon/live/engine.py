@@ -10,10 +10,17 @@ from bpy.app.handlers import persistent
 from .. import compat, wording
 from ..scene import kept, object_model, views
 from ..scene.object_model import Change
-from . import render_notes, roll
+from . import roll
 
 #: How often it is looked whether a render has ended, if there is something left to do then.
 WAIT_SECONDS = 0.5
+
+#: What the panel says beforehand of what is animated, and with what else to mind.
+WHILE_ANIMATED = "Renders and exports show one pose. Bake first{}"
+
+_first_rendered = {}  # identity of an object: the first frame that was rendered
+_told = set()  # identities of objects
+untold = []  # notes on renders that no popup has shown
 
 _said = []  # what the panels showed last
 _is_rendering = False
@@ -36,7 +43,29 @@ def scene_updated(depsgraph, is_frame=False):
 def rendered_frame(depsgraph):
     """On the thread that renders: only looks, and leaves all else to the main thread."""
     for key, obj, follower in roll.known() if _is_rendering else ():
-        render_notes.look(key, obj, follower, depsgraph.scene.frame_current)
+        look_at_rendered(key, obj, follower, depsgraph.scene.frame_current)
+
+
+def look_at_rendered(key, obj, follower, frame):
+    """What is animated shows one pose there, since nothing follows. It is told by the console at once, and by a popup
+    as soon as Blender calls a timer."""
+    is_first = _first_rendered.setdefault(key, frame) == frame
+    if is_first or key in _told or obj.meanvalue.baked.target or not follower.is_animated(obj):
+        return
+    _told.add(key)
+    tell_of_render(
+        f"The {follower.FOLLOWS} of '{obj.name}' are animated, but renders show one pose. Bake, and render again"
+    )
+
+
+def tell_of_render(note):
+    untold.append(note)
+    views.say(wording.sentence(note))
+
+
+def forget_renders():
+    for known in (_first_rendered, _told, untold):
+        known.clear()
 
 
 def _is_captured():
@@ -87,7 +116,9 @@ def meanvalue_render_started(*_):
     """While rendering, the mesh is left as it is: handlers run beside the interface then."""
     global _is_rendering
     _is_rendering = True
-    render_notes.begin([obj.name for _key, obj, follower in roll.known() if follower.is_behind(obj)])
+    forget_renders()
+    for obj in [obj for _key, obj, follower in roll.known() if follower.is_behind(obj)]:
+        tell_of_render(f"'{obj.name}' was still being solved when the render began. Wait for it, and render again")
 
 
 @persistent
@@ -139,8 +170,8 @@ def _tick():
     """Timer: None ends it, a number calls it again after so many seconds."""
     global _is_missed
     _notice_end_of_rendering()
-    while render_notes.untold:
-        views.pop_up("Mean-Value", wording.sentence(render_notes.untold.pop(0)))
+    while untold:
+        views.pop_up("Mean-Value", wording.sentence(untold.pop(0)))
     if not (_is_rendering or _holds):
         is_missed, _is_missed = _is_missed, False
         have_all("follow" if is_missed else "tick")
@@ -163,7 +194,7 @@ def _wait():
     _draw_status_again()
     if _is_rendering or _holds:
         return WAIT_SECONDS
-    if _is_missed or render_notes.untold:
+    if _is_missed or untold:
         return 0.0
     waits = [follower.wait(obj) for obj, follower in roll.live_objects()]
     return min((each for each in waits if each is not None), default=None)
@@ -181,7 +212,7 @@ def _reporting(follower):
 
 def forget():
     roll.forget()
-    render_notes.forget()
+    forget_renders()
 
 
 def shut_down():
@@ -219,7 +250,7 @@ def status(obj):
         return wording.sentence(why_hidden), True
     said = follower.status(obj)
     if said is None and not obj.meanvalue.baked.target and follower.is_animated(obj):
-        return wording.sentence(render_notes.WHILE_ANIMATED.format(follower.AND_EXPORTS)), False
+        return wording.sentence(WHILE_ANIMATED.format(follower.AND_EXPORTS)), False
     return said
 
 

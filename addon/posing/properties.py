@@ -127,7 +127,7 @@ class MEANVALUE_PG_handle(bpy.types.PropertyGroup):
 
 
 class MEANVALUE_PG_bound_record(bpy.types.PropertyGroup):
-    """What the mesh was bound as, see posing/bridge/posing.py: a count for messages, and digests"""
+    """What the mesh was bound as, see posing/bridge/scene_input.py: a count for messages, and digests"""
 
     is_bound: props.BoolProperty()
     vertex_count: props.IntProperty()

@@ -175,7 +175,7 @@ def test_what_is_posed_stays_at_its_control_when_what_it_is_of_changes(change, i
 
 @pytest.fixture
 def problem(part):
-    return part("posing.bridge.posing").problem
+    return part("posing.bridge.scene_input").fit_problem
 
 
 def test_in_edit_mode(problem):

@@ -271,7 +271,7 @@ def test_a_bind_goes_on_anew_where_the_mesh_was_changed_in_a_render(timers, part
         obj.data.vertices.add(1)
         update()
     engine.meanvalue_render_ended()
-    part("live.render_notes").forget()  # there is no window to tell in that the render shows less
+    part("live.engine").forget_renders()  # there is no window to tell in that the render shows less
     monkeypatch.undo()  # the next bind is quick
     timers.run(1.0)
     assert is_settled(obj)

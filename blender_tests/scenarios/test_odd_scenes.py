@@ -59,8 +59,8 @@ def render_scene(tmp_path, last=3):
 @pytest.fixture
 def asked(part, monkeypatch):
     """What Blender is asked for while a frame is looked at, which it must not be on the thread that renders."""
-    names, notes = [], part("live.render_notes")
-    look = notes.look
+    names, engine = [], part("live.engine")
+    look = engine.look_at_rendered
 
     class Nobody:
         def __getattr__(self, name):
@@ -72,14 +72,14 @@ def asked(part, monkeypatch):
             patched.setattr(bpy.types.Object, "users_scene", property(lambda _obj: names.append("users_scene")))
             look(*arguments)
 
-    monkeypatch.setattr(notes, "look", look_alone)
+    monkeypatch.setattr(engine, "look_at_rendered", look_alone)
     return names
 
 
 @pytest.fixture
 def untold(part):
     """What no popup has shown."""
-    return part("live.render_notes").untold
+    return part("live.engine").untold
 
 
 @pytest.mark.parametrize("is_animated", [True, False])
@@ -148,7 +148,7 @@ def test_a_control_chosen_in_another_view_layer_makes_its_handle_the_active_one(
 def test_a_name_that_the_console_has_no_letters_for(part, monkeypatch):
     console = io.TextIOWrapper(io.BytesIO(), encoding="cp1252")
     monkeypatch.setattr(sys, "stdout", console)
-    part("live.render_notes").begin(["手"])
-    part("live.render_notes").forget()
+    part("live.engine").tell_of_render("'手' was still being solved")
+    part("live.engine").forget_renders()
     console.flush()
     assert rb"'\u624b' was still being solved" in console.buffer.getvalue()

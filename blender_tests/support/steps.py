@@ -118,7 +118,7 @@ def bound_grid(obj):
 
 def is_bound(obj):
     """As the panel has it: bound, and nothing is in the way."""
-    return obj.meanvalue.bound.is_bound and installed.part("posing.bridge.posing").problem(obj) is None
+    return obj.meanvalue.bound.is_bound and installed.part("posing.bridge.scene_input").fit_problem(obj) is None
 
 
 def summary(obj):
@@ -134,7 +134,7 @@ def summary(obj):
 
 def is_stale(obj):
     """Whether the panel asks for Update."""
-    found = installed.part("posing.bridge.posing").problem(obj)
+    found = installed.part("posing.bridge.scene_input").fit_problem(obj)
     return found is not None and found[1] and "Update" in found[0]
 
 

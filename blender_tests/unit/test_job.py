@@ -18,7 +18,7 @@ def job(part):
 def test_no_thread_of_pythons_runs_while_the_solver_works(part, job):
     """Blender 3.4 crashes where one does: decision 0009."""
     obj, _control = handles.tube(live=False)
-    prepared = part("posing.bridge.posing").Posing(obj, is_checked=False)
+    prepared = part("posing.bridge.scene_input").Posing(obj, is_checked=False)
     before = threading.active_count()
     running = job.Job(prepared.work)
     most = before
@@ -70,7 +70,7 @@ def test_errors_come_with_the_result(job, steps_before):
 
 def test_cancel_ends_it_soon(part, job):
     obj, _control = handles.tube(live=False)
-    prepared = part("posing.bridge.posing").Posing(obj, is_checked=False)
+    prepared = part("posing.bridge.scene_input").Posing(obj, is_checked=False)
 
     def work(execution):  # so small a mesh may be bound before it is cancelled
         yield tasks.Until(lambda: execution.cancelled)

@@ -5,7 +5,7 @@ import numpy as np
 
 from ...errors import SceneError, require_none
 from ...posing.bridge import targets
-from ...posing.bridge.posing import Posing
+from ...posing.bridge.scene_input import Posing
 from ...scene import frames, pose_key, rig_space, views
 from .clips import HandleClip
 

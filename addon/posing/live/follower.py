@@ -10,7 +10,7 @@ from ...live.following import Following
 from ...scene import actions, along, mesh_arrays, pose_key, rig_space, shape_keys, views
 from ...solver import session
 from ...solver.core import result
-from ..bridge import controls, posing, scene_input, targets
+from ..bridge import controls, scene_input, targets
 from .live_targets import EarlyPoses, LiveTargets, SnapWatch
 
 #: Shapes closer than this, as a share of the bounding-box diagonal, are the same for the eye and for the solver (its
@@ -93,7 +93,7 @@ class Follower(Following):
 
     def _read_targets(self, obj):
         if self._shown is None:  # what was edited must not be bound unasked
-            posing.require_fits(obj.meanvalue.bound, self._input.fingerprint)
+            scene_input.require_fits(obj.meanvalue.bound, self._input.fingerprint)
         return self._targets.gather(obj, self._input, self._wanted)
 
     def _is_same_target(self, first, second):
@@ -123,7 +123,7 @@ class Follower(Following):
         def collect(owner, binding):
             self._binding = binding
             session.remember(bind_input, binding)
-            posing.write(owner.meanvalue.bound, bind_input.fingerprint)
+            scene_input.note_binding(owner.meanvalue.bound, bind_input.fingerprint)
 
         return lambda run: session.bind_steps(bind_input, triangles, run, known=known, early=True), collect
 

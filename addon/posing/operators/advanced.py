@@ -16,7 +16,7 @@ from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator, Reporting
 from ..bridge import controls, members, new_handles, region, scene_input, targets
-from ..bridge.posing import CONTROLS, Posing, release
+from ..bridge.scene_input import CONTROLS, Posing, release
 from ..core import mesh_problems
 
 #: Distance to begin with, as a share of the bounding-box diagonal of the mesh.

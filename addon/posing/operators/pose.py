@@ -15,8 +15,8 @@ from ...scene.pose_object_making import remove_bare
 from ...scene.pose_objects import shown
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import control_places, controls, examples, new_handles, posing, region, targets
-from ..bridge.posing import CONTROLS, Posing
+from ..bridge import control_places, controls, examples, new_handles, region, scene_input, targets
+from ..bridge.scene_input import CONTROLS, Posing
 from . import drive_by_bone
 
 
@@ -195,7 +195,7 @@ def remove_what_was_made(obj):
         controls.remove_handle(obj, index)
     region.remove_made_group(obj)
     if settings.bound.is_bound:
-        posing.release(settings.bound)
+        scene_input.release(settings.bound)
     along.release(obj)
     return wording.counted(count, "handle or pin", "handles and pins")
 

@@ -10,7 +10,7 @@ from ...scene import along, baked, key_marks, mirrors, pose_objects, shape_keys,
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
-from ..bridge import controls, members, orphans, posing, scene_input, targets
+from ..bridge import controls, members, orphans, scene_input, targets
 from ..operators import drive_by_bone, tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -237,7 +237,7 @@ def _status(obj):
     """(text, whether it is a problem, whether Update mends it), or None if all is well."""
     if not obj.meanvalue.handles:
         return None
-    found = posing.problem(obj)
+    found = scene_input.fit_problem(obj)
     wants_update = (found is not None and found[1]) or any(
         handle.follows == 'CONTROL' and controls.why_it_is_missing(obj, handle) for handle in obj.meanvalue.handles
     )
