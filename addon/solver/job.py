@@ -26,7 +26,6 @@ class Job:
         self._execution = native_loader.module().Execution()
         self._steps = work(self._execution)
         self._task = self._result = self._error = None
-        self._is_over = False
         _running.add(self)
         self._go_on()
 
@@ -45,7 +44,7 @@ class Job:
         """Whether the work is over. Goes on with it if a Task is finished."""
         while self._task is not None and self._task.finished:
             self._go_on()
-        return self._is_over
+        return self._task is None
 
     @property
     def is_cancelled(self):
@@ -90,7 +89,6 @@ class Job:
 
     def _end(self):
         """Lets go of the arrays that the steps hold."""
-        self._is_over = True
         self._task = None
         self._steps.close()
         _running.discard(self)
