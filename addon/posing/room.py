@@ -6,7 +6,7 @@ import bpy
 from ..rooms import Room
 from ..scene import along, subject, worn
 from . import old_files, properties
-from .bridge import controls, orphans, overlay_data
+from .bridge import controls, orphans
 from .live.follower import Follower
 from .operators import advanced, drive_by_bone, grab, handles, pose, tool_choice
 from .ui import grab_tool, menus, overlay, panel
@@ -16,7 +16,7 @@ def _unregister():
     grab_tool.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
-    for forget in (overlay.forget, *ROOM.forget, orphans.forget):
+    for forget in (*ROOM.forget, orphans.forget):
         forget()
 
 
@@ -58,5 +58,5 @@ ROOM = Room(
     chosen=[controls.note_active, old_files.carry_over],
     another_file=[orphans.forget, old_files.carry_over],
     about_to_save=[_remove_deleted],
-    forget=[controls.forget_moved_meshes, along.forget, tool_choice.forget_hover, overlay_data.clear, orphans.note],
+    forget=[controls.forget_moved_meshes, along.forget, tool_choice.forget_hover, overlay.forget, orphans.note],
 )

@@ -118,7 +118,7 @@ def test_joints_are_tinted_in_place_of_the_region():
     rigs.pin(obj, "Bottom", rigs.BOTTOM)
     steps.add_group(obj, "Region", range(40))
     obj.meanvalue.roi_group = "Region"
-    look = part("posing.bridge.overlay_data").look
+    look = part("posing.ui.overlay").look_of
     of_region = look(obj).tinted
     obj.meanvalue.roi_group, obj.meanvalue.show_joints = "", True
     handles.update()

@@ -14,7 +14,7 @@ REGION = [0, 1, 2, 5, 6, 7]
 
 @pytest.fixture
 def data(part):
-    return part("posing.bridge.overlay_data")
+    return part("posing.ui.overlay")
 
 
 def grid_with_anchors():
@@ -32,7 +32,7 @@ def add_region(obj):
 
 def test_anchors_in_the_colours_of_their_handles(data):
     obj = grid_with_anchors()
-    look = data.look(obj)
+    look = data.look_of(obj)
     rest = np.array([vertex.co for vertex in obj.data.vertices], np.float32)
     assert np.array_equal(look.points, rest[[0, 4, 24]])
     red, blue = (1, 0, 0, 1), (0, 0, 1, 1)
@@ -46,28 +46,28 @@ def test_a_patch_is_shown_by_its_outline(data):
     block = [0, 1, 2, 5, 6, 7, 10, 11, 12]
     steps.list_anchors(obj, Block=block)
     rest = np.array([vertex.co for vertex in obj.data.vertices], np.float32)
-    assert np.array_equal(data.look(obj).points, rest[[2, 7, 10, 11, 12]])
+    assert np.array_equal(data.look_of(obj).points, rest[[2, 7, 10, 11, 12]])
     steps.list_anchors(meshes.grid(3, 3, "Whole"), Whole=range(9))
-    assert len(data.look(bpy.data.objects["Whole"]).points) == 9
+    assert len(data.look_of(bpy.data.objects["Whole"]).points) == 9
 
 
 def test_disabled_and_missing_handles_are_left_out(data):
     obj = grid_with_anchors()
     obj.meanvalue.handles["Corner"].is_enabled = False
-    assert len(data.look(obj).points) == 1
+    assert len(data.look_of(obj).points) == 1
     obj.vertex_groups.remove(obj.vertex_groups["Tip"])
-    look = data.look(obj)
+    look = data.look_of(obj)
     assert (len(look.points), len(look.colors)) == (0, 0)
 
 
 def test_the_regions_faces(data):
     obj = grid_with_anchors()
     add_region(obj)
-    look = data.look(obj)
+    look = data.look_of(obj)
     assert sorted(map(tuple, look.tint[:, :2].tolist())) == [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)]
     assert len(look.corners) == 4, "two quads"
     obj.meanvalue.roi_group = ""
-    assert len(data.look(obj).corners) == 0
+    assert len(data.look_of(obj).corners) == 0
 
 
 def test_what_moves_less_is_fainter(data):
@@ -77,7 +77,7 @@ def test_what_moves_less_is_fainter(data):
     for vertex, weight in weights.items():
         group.add([vertex], weight, 'REPLACE')
     obj.meanvalue.roi_group = "Region"
-    look = data.look(obj)
+    look = data.look_of(obj)
     assert look.freedom.tolist() == [weights[vertex] for vertex in sorted(REGION)]
 
 
@@ -90,7 +90,7 @@ def test_with_symmetric_both_sides_are_shown(data):
     obj.data.update()
     bpy.context.view_layer.update()
     obj.meanvalue.symmetric = 'X'
-    look = data.look(obj)
+    look = data.look_of(obj)
     assert look.points.tolist() == places[[0, 4, 24, 20]].tolist()
     red, blue = [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]
     assert look.colors.tolist() == [red, red, blue, blue]
@@ -102,7 +102,7 @@ def test_on_a_subdivided_mesh_points_lie_on_the_surface_that_is_seen(data):
     obj.modifiers.new("Finer", 'SUBSURF').levels = 2
     bpy.context.view_layer.update()
     evaluated = obj.evaluated_get(bpy.context.view_layer.depsgraph)
-    for place in data.look(obj).points:
+    for place in data.look_of(obj).points:
         _is_hit, nearest, _normal, _face = evaluated.closest_point_on_mesh(place.tolist())
         assert np.abs(np.subtract(nearest, place)).max() < 1e-5
 
@@ -113,11 +113,11 @@ def test_positions_are_those_of_the_result_where_it_is_shown(data):
     add_region(obj)
     key = obj.data.shape_keys.key_blocks["Mean-Value"]
     result, rest = steps.key_positions(obj, "Mean-Value"), steps.key_positions(obj, "Basis")
-    assert np.abs(data.look(obj).points - result[[0, 4, 20, 24]]).max() < 1e-6
-    assert np.abs(data.look(obj).tint - result[REGION]).max() < 1e-6
+    assert np.abs(data.look_of(obj).points - result[[0, 4, 20, 24]]).max() < 1e-6
+    assert np.abs(data.look_of(obj).tint - result[REGION]).max() < 1e-6
     key.mute = True
     bpy.context.view_layer.update()
-    assert np.array_equal(data.look(obj).points, rest[[0, 4, 20, 24]])
+    assert np.array_equal(data.look_of(obj).points, rest[[0, 4, 20, 24]])
 
 
 def test_modifiers_that_move_vertices_count(data):
@@ -127,7 +127,7 @@ def test_modifiers_that_move_vertices_count(data):
     modifier.mid_level = 0.0
     modifier.strength = 3.0
     bpy.context.view_layer.update()
-    assert np.allclose(data.look(obj).points[:, 0], [3.0, 7.0, 7.0])
+    assert np.allclose(data.look_of(obj).points[:, 0], [3.0, 7.0, 7.0])
 
 
 @pytest.mark.parametrize("is_shown", [True, False])
@@ -138,7 +138,7 @@ def test_with_other_vertices_after_modifiers_it_is_the_shape_key(data, is_shown)
     obj.modifiers.new("Mirror", 'MIRROR')
     bpy.context.view_layer.update()
     expected = steps.key_positions(obj, "Mean-Value" if is_shown else "Basis")
-    assert np.array_equal(data.look(obj).points, expected[[0, 4, 20, 24]])
+    assert np.array_equal(data.look_of(obj).points, expected[[0, 4, 20, 24]])
 
 
 def test_what_a_handler_writes_is_seen_at_once(data):
@@ -147,23 +147,23 @@ def test_what_a_handler_writes_is_seen_at_once(data):
     steps.list_anchors(obj, Corners=[0, 4, 20])
     steps.add_handle(obj, "Hand", [24])
     bpy.context.view_layer.update()
-    before = data.look(obj).points.copy()
+    before = data.look_of(obj).points.copy()
     obj.meanvalue.handles["Hand"].control.location.z += 1.0
     bpy.context.view_layer.update()
-    assert data.look(obj).points[3, 2] == pytest.approx(before[3, 2] + 1.0, abs=1e-4)
+    assert data.look_of(obj).points[3, 2] == pytest.approx(before[3, 2] + 1.0, abs=1e-4)
 
 
 def test_another_mesh_and_other_vertices(data):
     obj = grid_with_anchors()
     add_region(obj)
-    data.look(obj)
+    data.look_of(obj)
     steps.edit_mesh(obj, lambda bm: bm.verts.remove(list(bm.verts)[7]))
-    assert len(data.look(obj).points) == 3
-    assert len(data.look(obj).corners) == 2, "one quad is left"
+    assert len(data.look_of(obj).points) == 3
+    assert len(data.look_of(obj).corners) == 2, "one quad is left"
 
 
 def test_an_empty_mesh(data):
-    look = data.look(meshes.make_object([], []))
+    look = data.look_of(meshes.make_object([], []))
     assert (len(look.points), len(look.corners)) == (0, 0)
 
 

@@ -129,7 +129,7 @@ _region = _mouse = None  # where the mouse was seen last: pointer of the region,
 
 def would_follow(context, obj):
     """What would follow in the region that is drawn, or None: name of the object, place of the press in the world,
-    size; tint, freedom and corners as of an overlay_data.Look."""
+    size; tint, freedom and corners as of a Look of ui/overlay.py."""
     is_there = _found is not None and _found.name == obj.name and not is_shown
     is_there = is_there and _region == context.region.as_pointer() and is_active(context)
     return _found if is_there else None
