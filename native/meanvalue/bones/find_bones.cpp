@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "meanvalue/bones/skin.h"
 
@@ -48,13 +49,10 @@ void keep_bones(Skin& skin, const std::vector<Index>& kept) {
 }  // namespace
 
 void drop_unused_bones(Skin& skin) {
-    std::vector<char> is_used(skin.bone_count(), 0);
+    std::set<Index> used;
     for (const Weighted& influence : skin.weights)
-        if (influence.weight > 0.0) is_used[influence.number] = 1;
-    std::vector<Index> used;
-    for (Index j = 0; j < skin.bone_count(); ++j)
-        if (is_used[j]) used.push_back(j);
-    keep_bones(skin, used);
+        if (influence.weight > 0.0) used.insert(influence.number);
+    keep_bones(skin, {used.begin(), used.end()});
 }
 
 void split_bones(Skin& skin, Index count, const Execution& execution) {

@@ -26,6 +26,7 @@ constexpr Index kMostBones = 256, kMostInfluences = 8;
 constexpr int kMostSearches = 5;
 constexpr double kCloseEnough = 0.9, kAimedAt = 0.95;   // of the error asked for
 constexpr double kShortest = 0.03, kLongest = 0.3;      // bones, of the diagonal
+constexpr double kRigid = 1e-3;                         // so near are given turns to such
 constexpr float kTogether = 1e-5F, kMostGrowth = 1e4F;  // of the size
 
 class BoneFitting {
@@ -73,14 +74,12 @@ class BoneFitting {
         for (Index round = 1; round <= rounds; ++round) {
             if (options_.armature.transforms.empty()) fit_motion(skin_, kSweeps, execution_);
             fit_weights(skin_, execution_);
-            execution_.set_progress(done + part * round / rounds);
+            execution_.set_progress(done_ + part_ * (done + part * round / rounds));
         }
     }
 
     void find(Index count) {
-        std::vector<Index> sampled;
-        for (Index v = 0; v < skin_.vertex_count(); v += 1 + skin_.vertex_count() / kSampledVertices)
-            sampled.push_back(v);
+        const auto sampled = Eigen::seq(0, skin_.vertex_count() - 1, 1 + skin_.vertex_count() / kSampledVertices);
         const Eigen::MatrixXf frames = skin_.frames(Eigen::all, sampled);
         Skin sample(frames);
         sample.rest = skin_.rest(Eigen::all, sampled);
@@ -102,10 +101,12 @@ class BoneFitting {
     void search() {
         Index bones = options_.count, failed = 0, enough = kMostBones + 1;
         double slope = -1.0;
+        part_ = 0.5;  // one search may be enough
         Bones best;
         std::pair<double, double> last;
         for (int run = 0; run < kMostSearches; ++run) {
             find(bones);
+            done_ += std::exchange(part_, part_ / 2.0);
             const Eigen::MatrixXf far = distances(skin_, execution_);
             const double error = clip_.size * std::sqrt(far.squaredNorm() / static_cast<double>(far.size()));
             const bool is_reached = error <= options_.error;
@@ -125,11 +126,10 @@ class BoneFitting {
     void take_armature() {
         const Armature& armature = options_.armature;
         const auto bones = static_cast<Index>(armature.parents.size());
-        for (const auto& [places, name] :
-             {std::pair(&armature.heads, "armature's heads"), std::pair(&armature.tails, "armature's tails")}) {
-            require_count(name, places->rows(), "position", bones, "bones by its parents");
-            require_finite(*places, name);
-        }
+        require_count("armature's heads", armature.heads.rows(), "position", bones, "bones by its parents");
+        require_count("armature's tails", armature.tails.rows(), "position", bones, "bones by its parents");
+        require_finite(armature.heads, "armature's heads");
+        require_finite(armature.tails, "armature's tails");
         const Positions heads = placed(armature.heads), tails = placed(armature.tails);
         for (Index j = 0; j < bones; ++j) {
             if (armature.parents[j] < -1 || armature.parents[j] >= j)
@@ -165,9 +165,10 @@ class BoneFitting {
             const Index f = k / bones, j = k % bones;
             Eigen::Matrix<double, 3, 4> moved = transforms[k].topRows<3>();
             moved.col(3) = (moved * clip_.center.homogeneous() - clip_.centers.row(f).transpose()) / clip_.size;
-            if (!(moved.cwiseAbs().maxCoeff() < kMostGrowth))
-                throw InvalidInput(message("armature's transforms[", f, ", ", j, "] leads over ", kMostGrowth,
-                                           " times the size away, or is not finite"));
+            const Matrix3 turn = moved.leftCols<3>();
+            if (!turn.isUnitary(kRigid) || turn.determinant() < 0.0 || !(moved.cwiseAbs().maxCoeff() < kMostGrowth))
+                throw InvalidInput(message("armature's transforms[", f, ", ", j, "] is no turn and move of at most ",
+                                           kMostGrowth, " sizes; give bones that do not grow"));
             skin_.motion.block<3, 4>(3 * f, 4 * j) = moved;
         }
     }
@@ -217,6 +218,7 @@ class BoneFitting {
     const BoneClip& clip_;
     const BoneOptions& options_;
     Execution& execution_;
+    double done_ = 0.0, part_ = 1.0;  // of the work: before the search that is on, and of that
     Skin skin_;
 };
 
