@@ -203,8 +203,8 @@ def _stores(obj, depsgraph, alone):
         return None
     own = _pose_keys(obj)
     shown = [key.name for key in copy.key_blocks[1:] if key.name in own and _counts(obj, key)]
-    is_alone = keys.use_relative and shown == [obj.meanvalue.result_key]
-    is_enough = is_alone and shape_keys.why_result_is_hidden(obj) is None
+    is_lone = keys.use_relative and shown == [obj.meanvalue.result_key] and not alone
+    is_enough = is_lone and shape_keys.why_result_is_hidden(obj) is None
     bases = {key.relative_key.name for key in keys.key_blocks[1:] if _counts(obj, key)}  # subtracted from them
     found = []
     for key in copy.key_blocks:

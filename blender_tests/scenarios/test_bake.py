@@ -58,6 +58,21 @@ def test_each_frame_is_what_live_shows_whatever_was_shown_before(tmp_path):
         assert off < 1e-5, (frame, off)
 
 
+@pytest.mark.parametrize(("target", "near"), [('POINT_CACHE', 1e-5), ('SHAPE_KEYS', 0.02), ('ARMATURE', 0.1)])
+def test_kept_poses_and_other_keys_show_as_they_do_with_live(tmp_path, target, near):
+    obj, control = handles.tube()
+    handles.move(control, (0.0, 3.0, 1.0))
+    assert bpy.ops.meanvalue.keep_pose() == {'FINISHED'}
+    driver = steps.add_key(obj, "Grow", rest(obj) * (1.0, 1.0, 1.2)).driver_add("value").driver
+    driver.expression = "frame * 0.05" if target != 'ARMATURE' else "0"  # bones bend what such a key has made
+    key_control(control)
+    save(tmp_path)
+    shown = played(obj, range(1, FRAMES + 1))
+    for operator, options in ((bpy.ops.meanvalue.bake, {"target": target}), (bpy.ops.meanvalue.unbake, {})):
+        assert operator(**options) == {'FINISHED'}
+        assert np.abs(played(obj, range(1, FRAMES + 1)) - shown).max() < near < np.abs(shown - rest(obj)).max() - 3.0
+
+
 def test_a_snap_is_told_by_bake_and_by_live(tmp_path, capfd):
     """A strut that is squeezed, its ends turned to and fro: it snaps to the other side. Both tell the same frame."""
     obj = meshes.tube(41, 8)

@@ -33,7 +33,7 @@ SCHEMA = 3
 DONE, FAILED, BAD_ARGUMENTS, INCOMPLETE, DAMAGED = range(5)
 
 #: Of a HandleClip, what is kept beside its mesh.
-OF_CLIP = ("targets", "weights", "portable", "kept")
+OF_CLIP = ("targets", "weights", "portable", "kept", "counts", "beside")
 
 #: More frames than this are a slip of the pen.
 MOST_FRAMES = 1_000_000

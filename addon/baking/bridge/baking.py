@@ -65,13 +65,10 @@ class Baking:
         if self._kind is None:
             return
         scene, bind_input = bpy.data.scenes[self.scene_name], self.posing.bind_input
-        visit = frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))
-        rows = np.array((yield from visit))
+        rows = np.array((yield from frames.visit(scene, self.times, lambda: self._kind.row(find(), bind_input))))
+        clip = RowClip(self._kind, bind_input, rows)
         if self._kind is handle_source:
-            clip = handle_source.clip(find(), bind_input, rows, self.times)
-            self._shares = rows[:, 0, 4]
-        else:
-            clip = RowClip(self._kind, bind_input, rows)
+            clip = handle_source.clip(find(), bind_input, rows, self.times, target=self.options.target)
         self.plan = BakePlan(clip, self.times, 1.0 / self.options.samples)
         if self.options.target == TO_CACHE:
             self.is_done = point_cache.is_current(self.path, self.plan.key, self.plan.header)
@@ -143,9 +140,7 @@ class Baking:
         return [each for each in along.group(obj) if session_key(each) in self._made]
 
     def _shapes(self):
-        rows, rest = point_cache.mapped(self.begun.path), self.posing.bind_input.rest
-        if self._kind is handle_source and self._shares.min() < 1.0:  # kept poses, which play on, show what is missing
-            rows = [rest + np.float32(share) * (row - rest) for row, share in zip(rows, self._shares, strict=True)]
+        rows = point_cache.mapped(self.begun.path)
         self._kept = list(range(len(rows)))
         tolerance = self.options.tolerance_share / 100.0 * self.posing.bind_input.diagonal
         if tolerance > 0.0 and self.options.target == TO_KEYS:

@@ -37,6 +37,8 @@ class HandleClip:
     weights: np.ndarray | None  # f x k float64, 0 to 1; None where all are 1
     portable: bool = False  # solved with the same bits on every processor of an architecture
     kept: tuple = ()  # rows, ascending, that no snap beside them is spread over: the artist's keys
+    counts: np.ndarray | None = None  # f x (1 + s) float64 of the pose and what is beside it; None: the pose, fully
+    beside: np.ndarray | None = None  # s x n x 3 float32: what shape keys add at 1
 
     @property
     def key(self):
@@ -47,6 +49,7 @@ class HandleClip:
             self.weights,
             f"{native_loader.module().__version__} {REVISION} {RUN_FRAMES} {OVERLAP_FRAMES} {self.portable}",
             f"{list(map(int, self.kept))}",
+            *(() if self.counts is None else (self.counts, self.beside)),
         )
 
     def solve_rows(self, binding, begin, end, execution, threads=0):
@@ -71,6 +74,10 @@ class HandleClip:
             problems[row - begin] = bake_times.SNAPS
         for row, message in sequence.errors:
             problems[row - begin] = FAILED.format(message)
+        if self.counts is not None:
+            counts, rest = self.counts[begin:end, :, None, None].astype(np.float32), self.bind_input.rest
+            vertices = rest + counts[:, 0] * (vertices - rest)
+            vertices += sum(counts[:, number] * offset for number, offset in enumerate(self.beside, 1))
         return vertices, problems
 
 

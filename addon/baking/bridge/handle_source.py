@@ -4,9 +4,10 @@
 import numpy as np
 
 from ...errors import SceneError, require_none
-from ...posing.bridge import targets
+from ...posing.bridge import examples, targets
 from ...posing.bridge.scene_input import Posing
-from ...scene import frames, pose_key, rig_space, views
+from ...scene import baked, frames, key_marks, pose_key, rig_space, vertex_groups, views
+from ...scene.core.key_shapes import KeyShapes
 from .clips import HandleClip
 
 
@@ -18,23 +19,34 @@ def bind(obj):
 
 
 def row(obj, bind_input):
-    """k x 5 float64: targets and influences of the anchors, and the share of the pose. @throws SceneError."""
+    """float64: targets and influences, k x 4; how much the pose counts, and keys beside it. @throws SceneError."""
     require_none(targets.handles_problem(obj))
     try:
         placed = targets.positions(obj, bind_input, rig_space.measure(obj))
     except np.linalg.LinAlgError as error:
         raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
     places, _held_back = targets.within_reach(obj, bind_input, placed)
-    left = 1.0 - np.clip(sum(key.value for key in pose_key.replacing(obj)), 0.0, 1.0)
-    return np.column_stack([places, targets.influences(obj, bind_input), np.full(len(places), left)])
+    handles = np.column_stack([places, targets.influences(obj, bind_input)])
+    keys, fading = obj.data.shape_keys, pose_key.replacing(obj)
+    values = {**dict(rig_space.sliders(obj)), **{key.name: key.value for key in fading if not key.mute}}
+    beside = [values.get(key.name, 0.0) for key in keys.key_blocks] if keys else []
+    return np.concatenate([handles.ravel(), [1.0 - np.clip(sum(key.value for key in fading), 0.0, 1.0)], beside])
 
 
-def clip(obj, bind_input, rows, times, portable=False):
-    """HandleClip of rows, f x k x 5, at f times."""
-    keyed = frames.lone_keys(animated(obj))
+def clip(obj, bind_input, rows, times, portable=False, target=baked.TO_CACHE):
+    """HandleClip of f rows at f times. A cache plays in place of all shape keys, bones in place of kept poses."""
+    keyed, keys, count = frames.lone_keys(animated(obj)), obj.data.shape_keys, 4 * len(bind_input.anchors)
     kept = tuple(row for row, time in enumerate(times) if time in keyed)
-    weights = None if (rows[..., 3] == 1.0).all() else np.ascontiguousarray(rows[..., 3])
-    return HandleClip(bind_input, np.ascontiguousarray(rows[..., :3]), weights, portable, kept)
+    handles, counts = rows[:, :count].reshape(len(rows), -1, 4), rows[:, count:]
+    weights = None if (handles[..., 3] == 1.0).all() else np.ascontiguousarray(handles[..., 3])
+    shown, poses = np.flatnonzero(counts[:, 1:].any(axis=0)), key_marks.of_role(keys, key_marks.Role.KEPT)
+    if target != baked.TO_CACHE:
+        shown = [each for each in shown if target == baked.TO_BONES and keys.key_blocks[each] in poses]
+    parts = vertex_groups.key_parts(obj, examples.sliders(keys.key_blocks[each] for each in shown))
+    beside = np.array([KeyShapes(**parts).offset(number) for number in range(len(shown))], np.float32)
+    counts = counts[:, [0, *(1 + each for each in shown)]]
+    more = (counts, beside) if len(beside) or counts.min() < 1.0 else ()
+    return HandleClip(bind_input, np.ascontiguousarray(handles[..., :3]), weights, portable, kept, *more)
 
 
 def animated(obj):

@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids
-from ...scene import actions, baked, declarations, pose_key, rig_space, shape_keys
+from ...scene import actions, baked, declarations, key_marks, pose_key, rig_space, shape_keys
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -53,7 +53,7 @@ def play_keys(obj, times, shapes):
 
 
 def play_bones(obj, rig, to_rig, names, weights, is_seen):
-    """An armature modifier and the vertex groups `names`, n x b weights. Modifiers, and keys if is_seen, are off."""
+    """An armature modifier and vertex groups, n x b weights. Modifiers and kept poses are off; if is_seen all keys."""
     groups = [obj.vertex_groups.new(name=name) for name in names]
     for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
         groups[number].add((vertex,), weights[vertex, number], 'REPLACE')
@@ -68,7 +68,8 @@ def play_bones(obj, rig, to_rig, names, weights, is_seen):
     if former is not None and (former.type, obj.parent_type) == ('ARMATURE', 'OBJECT') and not moves_itself:
         record.parent, record.parent_inverse = former, json.dumps([*map(list, obj.matrix_parent_inverse)])
         obj.parent, obj.matrix_parent_inverse = rig, to_rig @ former.matrix_world @ obj.matrix_parent_inverse
-    _hide_result(obj, is_seen)
+    keys = obj.data.shape_keys
+    _hide_result(obj, keys.key_blocks[1:] if is_seen and keys else key_marks.of_role(keys, key_marks.Role.KEPT))
     record.target, record.modifier, record.rig = TO_BONES, modifier.name, rig
 
 
@@ -145,18 +146,17 @@ def keep(obj):
     declarations.clear(record)
 
 
-def _hide_result(obj, with_all=False):
-    """The mesh must not be moved twice: what poses it is muted (with all keys), and what follows at once ends."""
+def _hide_result(obj, more=()):
+    """The mesh must not be moved twice: what poses it is muted, and `more` keys, and what follows at once ends."""
     record, settings, kind = obj.meanvalue.baked, obj.meanvalue, baked.source(obj)
     record.was_live, record.was_mixed = settings.live, kind is not None and kind.is_on(obj)
     shown = kind.shown_keys(obj) if record.was_mixed else []
     settings.live = False
     if record.was_mixed:
         kind.turn(obj, False)
-    keys, key = obj.data.shape_keys, shape_keys.result(obj)
-    shown += keys.key_blocks[1:] if with_all and keys is not None else []
-    named = {each.name: each for each in shown if each.name not in names_in(record.keys)}
-    if key is not None and key != keys.reference_key and key not in shown:
+    key = shape_keys.result(obj)
+    named = {each.name: each for each in [*shown, *more] if each.name not in names_in(record.keys)}
+    if key is not None and key != key.id_data.reference_key and key.name not in named:
         named[""] = key  # known by its mark, whatever it is called by then
     named = {name: each for name, each in named.items() if not each.mute}
     record.muted = json.dumps({name: each.value for name, each in named.items()})

@@ -57,6 +57,7 @@ class HandleAnchors:
 
         read_rows = yield from frames.visit(bpy.data.scenes[self._scene_name], self.frames, read)
         rows, pairs = (np.array(part) for part in zip(*read_rows, strict=True))
+        rows = rows[:, : 4 * len(self._drive.bind_input.anchors)].reshape(len(rows), -1, 4)
         self.weights = self._drive.weights(rows[..., 3])
         self.targets, self.pairs = self._drive.targets(rows[..., :3]), pairs
 
