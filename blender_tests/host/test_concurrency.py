@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The module used from several threads at once, and in a process that was forked: the same bits as a run alone."""
 
-import contextlib
 import json
 import os
 import pathlib
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import numpy as np
@@ -30,7 +28,7 @@ def run(code_or_file, *arguments, timeout):
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=ROOT, env=environment)
 
 
-def test_many_threads_on_deformers_of_their_own_get_the_bits_of_a_run_alone():
+def test_many_threads_on_deformers_of_their_own_and_of_all_get_the_bits_of_a_run_alone():
     ended = run(stress.__file__, "--threads", "2", "4", "6", "--rounds", "120", "--seconds", "9", timeout=300)
     assert (ended.returncode, ended.stderr) == (0, "")
     reports = [json.loads(line) for line in ended.stdout.splitlines()]
@@ -38,36 +36,6 @@ def test_many_threads_on_deformers_of_their_own_get_the_bits_of_a_run_alone():
     for report in reports:
         assert report["rounds"] >= report["threads"]
         assert report["wrong"] == []
-
-
-def test_many_threads_on_one_deformer_get_the_bits_of_a_run_alone():
-    """Half of them call, half of them start tasks, with targets of their own, and some are cancelled."""
-    one = stress.case("bar", *stress.bar(1500))
-    deformer = one.bind()
-    expected = [deformer.solve(posed).vertices for posed in one.targets]
-    wrong = []
-
-    def work(number):
-        for turn in range(12):
-            pose = (number + turn) % len(one.targets)
-            posed = one.targets[pose]
-            if turn % 4 == 3:
-                execution = meanvalue.Execution()
-                task = deformer.start_solve(posed, execution=execution)
-                execution.cancel()
-                with contextlib.suppress(meanvalue.Cancelled):
-                    task.result()
-                continue
-            solution = deformer.start_solve(posed).result() if number % 2 else deformer.solve(posed)
-            if not np.array_equal(solution.vertices, expected[pose]):
-                wrong.append((number, turn))
-
-    threads = [threading.Thread(target=work, args=(number,)) for number in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert wrong == []
 
 
 #: From 3.12 on Python warns of every fork beside threads, without knowing what these do.

@@ -76,21 +76,18 @@ def test_each_frame_is_what_a_solve_from_rest_settles_at(clip):
         assert whole.energies[frame] == alone.energy
 
 
-@pytest.mark.parametrize("threads", [2, 3, 7])
-def test_threads_do_not_change_a_bit(clip, threads):
-    _, _, deformer, targets, whole = clip
-    again = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=threads)
-    np.testing.assert_array_equal(again.vertices, whole.vertices)
-    np.testing.assert_array_equal(again.energies, whole.energies)
+PARTS = [(0, 1), (5, 9), (CHUNK - 2, CHUNK + 3), (CHUNK, 2 * CHUNK), (13, 14), (47, FRAMES)]
 
 
-@pytest.mark.parametrize("frames", [(0, 1), (5, 9), (CHUNK - 2, CHUNK + 3), (CHUNK, 2 * CHUNK), (13, 14), (47, FRAMES)])
-def test_a_part_of_the_clip_has_the_bits_of_the_whole(clip, frames):
+@pytest.mark.parametrize(
+    "threads, frames", [*((threads, (0, FRAMES)) for threads in (2, 3, 7)), *((0, p) for p in PARTS)]
+)
+def test_threads_do_not_change_a_bit_and_a_part_of_the_clip_has_the_bits_of_the_whole(clip, threads, frames):
     _, _, deformer, targets, whole = clip
-    part = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, frames=frames)
+    part = deformer.solve_sequence(targets, chunk=CHUNK, overlap=OVERLAP, threads=threads, frames=frames)
     assert part.first == frames[0]
-    np.testing.assert_array_equal(part.vertices, whole.vertices[slice(*frames)])
-    np.testing.assert_array_equal(part.iterations, whole.iterations[slice(*frames)])
+    for name in ("vertices", "energies", "iterations"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[slice(*frames)])
 
 
 def test_frames_are_handed_over_in_order_and_not_kept(clip):
@@ -117,9 +114,11 @@ def test_one_run_for_all_frames(clip, chunk):
     np.testing.assert_array_equal(got, deformer.solve_sequence(targets, chunk=chunk).vertices)
 
 
-def test_a_callback_may_cancel(clip):
+def test_a_callback_may_cancel_or_raise(clip):
     _, _, deformer, targets, _ = clip
     execution = meanvalue.Execution()
+    with pytest.raises(KeyError):
+        deformer.solve_sequence(targets, on_frame=lambda *_: {}["a name"])
     with pytest.raises(meanvalue.Cancelled):
         deformer.solve_sequence(targets, execution=execution, on_frame=lambda *_: execution.cancel())
 
@@ -138,16 +137,6 @@ def test_a_sequence_leaves_other_drags_alone(clip):
 
     undisturbed = drag(lambda: None)
     np.testing.assert_array_equal(drag(lambda: deformer.solve_sequence(targets, chunk=3, overlap=1)), undisturbed)
-
-
-def test_what_on_frame_raises_ends_the_sequence(clip):
-    _, _, deformer, targets, _ = clip
-
-    def refuse(frame, _shape):
-        raise KeyError(frame)
-
-    with pytest.raises(KeyError):
-        deformer.solve_sequence(targets, on_frame=refuse)
 
 
 def roughest(paths):

@@ -231,11 +231,18 @@ def baked_top(obj, path, frames=FRAMES):
     return solved[:, handles.TOP].mean(axis=1) - rest(obj)[handles.TOP].mean(axis=0)
 
 
-@pytest.mark.parametrize("how", ["constraint", "driver"])
+@pytest.mark.parametrize("how", ["constraint", "driver", "bone"])
 def test_what_moves_a_control_without_keyframes(tmp_path, how):
     obj, control = handles.tube(live=False)
     if how == "driver":
         control.driver_add("location", 0).driver.expression = f"{control.location.x} + 0.1 * (frame - 1)"
+    elif how == "bone":
+        handle, armature = obj.meanvalue.handles["Top"], armatures.make(Hand=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
+        handle.control, handle.bone = armature, "Hand"
+        bpy.data.objects.remove(control)
+        handles.update()
+        key_control(armature.pose.bones["Hand"])
+        bpy.context.scene.frame_set(1)
     else:
         leader = meshes.new_object("Leader")
         leader.location = control.matrix_world.translation
@@ -245,27 +252,7 @@ def test_what_moves_a_control_without_keyframes(tmp_path, how):
     meshes.activate(obj)
     save(tmp_path)
     moved = baked_top(obj, tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
-    assert np.ptp(moved[:, 0]) >= 1.0
-
-
-def test_a_bone(tmp_path):
-    obj, control = handles.tube(live=False)
-    armature = armatures.make(Hand=((0.0, 0.0, 9.0), (0.0, 0.0, 10.0)))
-    handle = obj.meanvalue.handles["Top"]
-    handle.control = armature
-    handle.bone = "Hand"
-    bpy.data.objects.remove(control)
-    handles.update()
-    pose = armature.pose.bones["Hand"]
-    for frame, x in ((1, 0.0), (FRAMES, 2.0)):
-        pose.location = (x, 0.0, 0.0)
-        pose.keyframe_insert("location", frame=frame)
-    meshes.activate(obj)
-    save(tmp_path)
-    bpy.context.scene.frame_set(1)
-    moved = baked_top(obj, tmp_path / "meanvalue_cache" / "scene" / "Tube.pc2")
-    assert moved[0] == pytest.approx([0, 0, 0], abs=1e-4)
-    assert np.linalg.norm(moved[-1]) == pytest.approx(2.0, abs=1e-3)
+    assert np.ptp(moved[:, 0]) >= 1.0 and np.abs(moved[0]).max() < 1e-4
 
 
 def test_physics_is_gone_through_frame_by_frame(tmp_path):

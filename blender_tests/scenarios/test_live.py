@@ -37,17 +37,6 @@ def test_the_way_of_the_drag_does_not_matter():
     assert np.abs(shown(obj) - dragged).max() < SAME
 
 
-def test_moving_the_object_with_its_controls_poses_nothing():
-    obj, control = handles.tube()
-    move(control, (2.0, 0.0, -1.0))
-    before = shown(obj)
-    obj.location = (5.0, 6.0, 7.0)
-    obj.rotation_euler = (0.4, 0.5, 0.6)
-    obj.scale = (2.0, 0.5, 1.0)
-    update()
-    assert np.array_equal(shown(obj), before)
-
-
 def test_live_off_leaves_the_mesh_alone():
     obj, control = handles.tube(live=False)
     assert not obj.meanvalue.live
@@ -79,21 +68,6 @@ def test_a_bone_carries_a_handle():
     )
     assert np.abs(expected - rest(obj)[TOP]).max() > 1.0
     assert np.abs(shown(obj)[TOP] - expected).max() < 1e-4
-
-
-def test_playback_drives_it():
-    obj, control = handles.tube()
-    scene = bpy.context.scene
-    scene.frame_set(1)
-    control.keyframe_insert("location", frame=1)
-    control.location.x += 4.0
-    control.keyframe_insert("location", frame=11)
-    scene.frame_set(1)
-    assert is_at_rest(obj, 1e-3)
-    scene.frame_set(11)
-    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 4.0).max() < 1e-4
-    scene.frame_set(6)
-    assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 2.0).max() < 0.1
 
 
 def test_settings_are_followed():

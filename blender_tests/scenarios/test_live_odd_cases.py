@@ -70,8 +70,7 @@ def test_duplicate_removed_original_gives_up_control(status):
     control.parent = None
     bpy.data.objects.remove(obj)
     update()
-    control.location.x += 1.0
-    update()
+    move(control, (1.0, 0.0, 0.0))
     assert status(twin)[1] is False, status(twin)
 
 
@@ -170,8 +169,7 @@ def test_the_object_is_in_an_excluded_collection(status):
     layer = bpy.context.view_layer.layer_collection.children["Away"]
     layer.exclude = True
     update()
-    control.location.x += 1.0
-    update()
+    move(control, (1.0, 0.0, 0.0))
     layer.exclude = False
     update()
     assert abs((shown(obj) - rest(obj))[TOP[0], 0] - 1.0) < 1e-3

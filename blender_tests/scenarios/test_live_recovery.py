@@ -126,19 +126,12 @@ def test_reset_of_a_control_that_is_a_child_of_another():
 
 def test_a_movie_that_cannot_be_written_does_not_stop_it_for_ever():
     obj, control = handles.tube()
-    scene = bpy.context.scene
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.frame_end = 1
-    scene.render.engine = 'BLENDER_WORKBENCH'
-    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene = steps.scene_to_render("/proc/nowhere/x.mp4")
     if hasattr(scene.render.image_settings, "media_type"):  # Blender 5.0 and later
         scene.render.image_settings.media_type = 'VIDEO'
     scene.render.image_settings.file_format = 'FFMPEG'
     scene.render.ffmpeg.format = 'MPEG4'
     scene.render.ffmpeg.codec = 'H264'
-    scene.render.filepath = "/proc/nowhere/x.mp4"
     with contextlib.suppress(RuntimeError):
         bpy.ops.render.render(animation=True)
     move(control, (1.0, 0.0, 0.0))

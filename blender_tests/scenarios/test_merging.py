@@ -130,8 +130,7 @@ def bound(obj, seam_rows, region, is_soft=False):
 
 
 def lifted(obj, control):
-    control.location.z += 1.0
-    handles.update()
+    handles.move(control, (0.0, 0.0, 1.0))
     steps.solve()
     return lifts(obj)
 

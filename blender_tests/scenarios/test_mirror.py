@@ -31,39 +31,6 @@ def test_the_seam_stays_closed_while_a_handle_is_dragged(merge, clip):
     assert len(meshes.seen(obj)) == plain  # what was merged still is
 
 
-def test_it_is_posed_as_with_the_modifier_applied():
-    obj, control = halves.half(live=False)
-    turn(control, 0.6)
-    move(control, (0.0, 0.3, 0.2))
-    steps.solve() if obj.meanvalue.bound.is_bound else (bpy.ops.meanvalue.bind(), steps.solve())
-    by_halves = shown(obj)
-    other, its_control = halves.half(live=False, name="Applied")
-    meshes.activate(other)
-    other.shape_key_clear()
-    bpy.ops.object.modifier_apply(modifier="Mirror")
-    its_control.matrix_world = control.matrix_world.copy()
-    update()
-    assert len(other.data.vertices) > len(obj.data.vertices)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    its_control.matrix_world = control.matrix_world.copy()
-    update()
-    steps.solve()
-    places = {tuple(place): number for number, place in enumerate(np.round(rest(other).astype(float), 4) + 0.0)}
-    numbers = [places[tuple(place)] for place in np.round(rest(obj).astype(float), 4) + 0.0]
-    assert np.abs(shown(other)[numbers] - by_halves).max() < 1e-3 * halves.size(obj)
-
-
-def test_a_handle_across_the_seam_goes_along_the_plane():
-    obj, control = halves.half(live=False)
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    move(control, (0.4, 0.2, 0.0))
-    steps.solve()
-    assert opening(obj) < CLOSED
-    top = steps.members(obj, "Top")
-    moved = (shown(obj) - rest(obj))[top]
-    assert np.allclose(moved, (0.0, 0.2, 0.0), atol=1e-5)
-
-
 @pytest.mark.parametrize("axes", [(1,), (0, 1), (0, 1, 2)])
 def test_other_axes_and_several(axes):
     obj, control = halves.half(axes)

@@ -7,7 +7,7 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from support import handles, meshes
+from support import handles, meshes, steps
 from support.handles import TOP, move, rest, shown, update
 from support.interface import interface
 
@@ -45,17 +45,6 @@ def test_a_result_that_shows_in_part_or_on_another_key_is_told(status, name, is_
     assert is_problem and f"'{name}'" in text
 
 
-def render_scene(tmp_path, last=3):
-    scene = bpy.context.scene
-    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.collection.objects.link(scene.camera)
-    scene.render.engine = 'BLENDER_WORKBENCH'
-    scene.render.resolution_x = scene.render.resolution_y = 16
-    scene.render.filepath = str(tmp_path / "frame_")
-    scene.frame_start, scene.frame_end = 1, last
-    return scene
-
-
 @pytest.fixture
 def asked(part, monkeypatch):
     """What Blender is asked for while a frame is looked at, which it must not be on the thread that renders."""
@@ -90,7 +79,7 @@ def test_rendering_an_animation_of_a_live_mesh_is_told(status, tmp_path, is_anim
         control.location.x += frame
         control.keyframe_insert("location", frame=frame)
         assert "export" in status(obj)[0] and "Bake" in status(obj)[0] and not status(obj)[1]
-    scene = render_scene(tmp_path)
+    scene = steps.scene_to_render(tmp_path / "frame_")
     scene.frame_set(1)
     control.parent.keyframe_insert("location", frame=1)  # the object itself may be moved
     control.parent.location.x += 2.0

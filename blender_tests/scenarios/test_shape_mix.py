@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import armatures, bent_limb, installed, meshes, steps
+from support import armatures, bent_limb, meshes, steps
 from support import mixed_limbs as limbs
 from support.interface import interface, is_settled
 from support.snapshot import assert_same, snapshot
@@ -75,27 +75,6 @@ def test_an_edited_key_is_mixed_as_it_is_now():
     obj.data.update_tag()
     limbs.set_value(obj, "Bend", 0.501)
     assert limbs.miss(obj, bent_limb.bent(limbs.rest(), -45.1)) <= 0.25 * limbs.linear_miss(-90.0, 0.5)
-
-
-def test_baked_in_betweens_are_within_the_tolerance_and_need_no_addon():
-    obj = limbs.bending()
-    obj.meanvalue.mix.is_on = True
-    shapes = {}
-    values = [0.0, 1.0, *np.random.default_rng(11).uniform(0.0, 1.0, 8)]
-    for value in values:
-        limbs.set_value(obj, "Bend", value)
-        shapes[value] = limbs.shown(obj)
-    limbs.bake(obj)
-    assert not obj.meanvalue.mix.is_on and "Rotation-Aware Mix" not in obj.data.shape_keys.key_blocks
-    made = limbs.in_betweens_of(obj)
-    assert 1 <= len(made) <= 6
-    installed.disable()
-    try:
-        for value in values:
-            limbs.set_value(obj, "Bend", value)
-            assert np.linalg.norm(limbs.shown(obj) - shapes[value], axis=1).max() <= 0.002 * limbs.DIAGONAL
-    finally:
-        installed.enable()
 
 
 def masked_and_bending():

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import bent_limb, libraries, meshes, steps
+from support import bent_limb, installed, libraries, meshes, steps
 from support import mixed_limbs as limbs
 
 
@@ -17,19 +17,18 @@ def full_copy_of(obj):
     return bpy.context.object
 
 
-def test_in_betweens_are_those_of_all_objects_with_the_mesh():
+def test_in_betweens_are_those_of_all_objects_with_the_mesh(status):
     obj = limbs.bending()
     limbs.bake(obj)
     made = limbs.in_betweens_of(obj)
     twin = meshes.new_object("Twin", obj.data)
     twin.meanvalue.mix.is_on = True
     limbs.set_value(twin, "Bend", 0.5)
-    assert "Remove In-Betweens" in limbs.status(twin)[0] and limbs.MIX not in limbs.keys_of(obj)
+    assert "Remove In-Betweens" in status(twin)[0] and limbs.MIX not in limbs.keys_of(obj)
     twin.meanvalue.mix.is_on = False
     limbs.bake(twin)
     assert len(limbs.keys_of(obj)) == 2 + len(made)
-    meshes.activate(twin)
-    assert bpy.ops.meanvalue.bake_mix(remove=True) == {"FINISHED"}
+    steps.run(twin, "bake_mix", remove=True)
     assert len(limbs.keys_of(obj)) == 2
     for each in (twin, obj):
         meshes.activate(each)
@@ -101,17 +100,20 @@ def test_all_keys_deleted_while_in_betweens_are_there():
 
 
 @pytest.mark.parametrize("low, high", [(-1.0, 1.0), (0.0, 2.0)])
-def test_ranges(low, high):
+def test_in_betweens_are_within_the_tolerance_over_the_whole_range_and_need_no_addon(low, high):
     obj = limbs.bending(60.0)
     limbs.keys_of(obj)["Bend"].slider_min, limbs.keys_of(obj)["Bend"].slider_max = low, high
     obj.meanvalue.mix.is_on = True
-    values = np.linspace(low, high, 5)
+    values = [*np.linspace(low, high, 5), *np.random.default_rng(11).uniform(low, high, 8)]
     shapes = []
     for value in values:
         limbs.set_value(obj, "Bend", value)
         shapes.append(limbs.shown(obj))
         assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 60.0 * value)) <= 0.02 * limbs.DIAGONAL
     limbs.bake(obj)
+    assert not obj.meanvalue.mix.is_on and limbs.MIX not in limbs.keys_of(obj)
+    assert 1 <= len(limbs.in_betweens_of(obj)) <= 6
+    installed.disable()
     for value, shape in zip(values, shapes, strict=True):
         limbs.set_value(obj, "Bend", value)
         assert np.linalg.norm(limbs.shown(obj) - shape, axis=1).max() <= 0.002 * limbs.DIAGONAL
@@ -126,12 +128,12 @@ def playing(tmp_path):
     return obj
 
 
-def test_mixing_does_not_add_to_a_bake_that_plays(playing):
+def test_mixing_does_not_add_to_a_bake_that_plays(playing, status):
     before = limbs.shown(playing)
     playing.meanvalue.mix.is_on = True
     bpy.context.view_layer.update()
     np.testing.assert_allclose(limbs.shown(playing), before, atol=1e-4)
-    assert "Remove Bake" in limbs.status(playing)[0]
+    assert "Remove Bake" in status(playing)[0]
 
 
 def test_in_betweens_do_not_add_to_a_bake_that_plays(playing):

@@ -56,30 +56,30 @@ def test_switched_in_edit_mode(value):
         assert [key.name for key in limbs.keys_of(obj)] == ["Basis", "Bend"]
 
 
-def test_faces_edited_while_live():
+def test_faces_edited_while_live(status):
     obj = limbs.mixing()
     steps.edit_mesh(obj, remove_last)
     limbs.set_value(obj, "Bend", 0.4)
-    assert not limbs.status(obj)[1], limbs.status(obj)
+    assert not status(obj)[1], status(obj)
 
 
-def test_absolute_while_live_is_told_and_mended():
+def test_absolute_while_live_is_told_and_mended(status):
     obj = limbs.mixing()
     before = limbs.shown(obj)
     obj.data.shape_keys.use_relative = False
     bpy.context.view_layer.update()
-    assert limbs.status(obj)[1] and "absolute" in limbs.status(obj)[0]
+    assert status(obj)[1] and "absolute" in status(obj)[0]
     obj.data.shape_keys.use_relative = True
     bpy.context.view_layer.update()
-    assert not limbs.status(obj)[1]
+    assert not status(obj)[1]
     np.testing.assert_allclose(limbs.shown(obj), before, atol=1e-5)
 
 
-def test_all_keys_deleted_while_live():
+def test_all_keys_deleted_while_live(status):
     obj = limbs.mixing()
     obj.shape_key_clear()
     bpy.context.view_layer.update()
-    assert limbs.status(obj)[1] and "no shape keys" in limbs.status(obj)[0]
+    assert status(obj)[1] and "no shape keys" in status(obj)[0]
 
 
 def test_muted_and_reordered_while_live():
@@ -101,7 +101,7 @@ def test_muted_and_reordered_while_live():
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_tiny_meshes(count):
+def test_tiny_meshes(count, status):
     obj = meshes.make_object([(float(index), 0.0, 0.0) for index in range(count)], [], "Tiny")
     obj.shape_key_add(name="Basis")
     obj.shape_key_add(name="Other", from_mix=False).value = 0.0
@@ -110,7 +110,7 @@ def test_tiny_meshes(count):
         bpy.ops.meanvalue.bake_mix()
     obj.meanvalue.mix.is_on = True
     limbs.set_value(obj, "Other", 0.5)
-    assert ("in one place" in limbs.status(obj)[0]) == (count < 2)
+    assert ("in one place" in status(obj)[0]) == (count < 2)
     obj.meanvalue.mix.is_on = False
     limbs.set_value(obj, "Other", 0.0)
     assert_same(before, snapshot(obj))
@@ -142,23 +142,23 @@ def test_undone_and_redone_while_live():
 
 
 @pytest.mark.parametrize("mode", ['SCULPT', 'WEIGHT_PAINT', 'EDIT'])
-def test_mixing_waits_in_other_modes(mode):
+def test_mixing_waits_in_other_modes(mode, status):
     obj = limbs.mixing()
     meshes.activate(obj)
     bpy.ops.object.mode_set(mode=mode)
     limbs.set_value(obj, "Bend", 0.25)
-    assert limbs.status(obj)[1] and "Mode" in limbs.status(obj)[0]
+    assert status(obj)[1] and "Mode" in status(obj)[0]
     bpy.ops.object.mode_set(mode='OBJECT')
     bpy.context.view_layer.update()
-    assert not limbs.status(obj)[1]
+    assert not status(obj)[1]
     assert limbs.miss(obj, bent_limb.bent(limbs.rest(), 35.0)) <= 0.25 * limbs.linear_miss(140.0, 0.25)
 
 
-def test_live_posing_of_another_object_with_the_mesh_is_told():
+def test_live_posing_of_another_object_with_the_mesh_is_told(status):
     obj = limbs.mixing()
     twin = meshes.duplicate(obj, linked=True)
     twin.meanvalue.live = True
     limbs.set_value(obj, "Bend", 0.4)
-    said = [limbs.status(each)[0] for each in (obj, twin)]
+    said = [status(each)[0] for each in (obj, twin)]
     assert any("has the same mesh" in text for text in said), said
     assert limbs.MIX in limbs.keys_of(obj), "the mix of the other object was not taken away"

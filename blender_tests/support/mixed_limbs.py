@@ -33,11 +33,6 @@ def shown(obj):
     return meshes.seen(obj).astype(np.float64)
 
 
-def status(obj):
-    """(text, whether it is a problem) of the panel."""
-    return installed.part("live.engine").status(obj) or ("", False)
-
-
 def set_value(obj, name, value):
     obj.data.shape_keys.key_blocks[name].value = value
     bpy.context.view_layer.update()

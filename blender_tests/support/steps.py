@@ -169,6 +169,18 @@ def edit_mesh(obj, edit):
     bpy.ops.object.mode_set(mode='OBJECT')
 
 
+def scene_to_render(path):
+    """The scene, with a camera; tiny pictures of its first three frames are written to `path` and a number."""
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.render.engine = 'BLENDER_WORKBENCH'
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.filepath = str(path)
+    scene.frame_start, scene.frame_end = 1, 3
+    return scene
+
+
 def go_to(frame):
     whole = int(np.floor(frame))
     bpy.context.scene.frame_set(whole, subframe=float(frame - whole))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Binds, solves, cancels and numpy's products from several threads at once, each compared bit by bit with a run alone.
 
-A program of its own, since what goes wrong may end the process: its last line of output is a Report as JSON.
+A program of its own, since what goes wrong may end the process: its last line is what stress() returns, as JSON.
 """
 
 import argparse
@@ -45,15 +45,6 @@ class Case:
 
     def start_bind(self, **more):
         return meanvalue.start_bind(self.vertices, self.faces, self.anchors, **self.options, **more)
-
-
-@dataclass
-class Report:
-    threads: int
-    rounds: int = 0
-    seconds: float = 0.0
-    done: dict = field(default_factory=dict)  # what was done: how often
-    wrong: list = field(default_factory=list)  # in words
 
 
 def held_bar(vertex_count, share=0.08):
@@ -114,15 +105,15 @@ class Alone:
 
     def __init__(self, cases):
         self.cases = cases
+        self.shared = {one.name: one.bind(threads=2) for one in cases}
         for one in cases:
-            deformer = one.bind(threads=1)
-            one.expected = [deformer.solve(posed, **one.solve_options) for posed in one.targets]
+            one.expected = [self.shared[one.name].solve(posed, **one.solve_options) for posed in one.targets]
         self.factors = np.random.default_rng(1).standard_normal((2, PRODUCT_SIZE, PRODUCT_SIZE))
         self.product = self.factors[0] @ self.factors[1]
 
 
 class Worker:
-    """One thread: rounds of randomly chosen work, on deformers of its own."""
+    """One thread: rounds of randomly chosen work, on deformers of its own and on those that all share."""
 
     # numpy's products exclude each other: whether its BLAS bears two of them is not what is looked at here.
     multiplying = threading.Lock()
@@ -130,7 +121,7 @@ class Worker:
     def __init__(self, alone, rounds, seed, until):
         self.alone, self.rounds, self.until = alone, rounds, until
         self.random = random.Random(seed)
-        self.kept = {}  # case name: a deformer for many solves
+        self.own = {}  # case name: a deformer for many solves
         self.done = Counter()
         self.wrong = []
         self.thread = threading.Thread(target=self.run)
@@ -161,11 +152,17 @@ class Worker:
         solution = one.bind(threads=self.threads()).solve(one.targets[pose], **one.solve_options)
         self.compare(one, pose, solution, "bind and solve")
 
+    def kept(self, one):
+        if self.random.random() < 0.5:
+            return self.alone.shared[one.name]
+        if one.name not in self.own:
+            self.own[one.name] = one.bind(threads=self.threads())
+        return self.own[one.name]
+
     def solve_kept(self, one):
-        if one.name not in self.kept:
-            self.kept[one.name] = one.bind(threads=self.threads())
+        deformer = self.kept(one)
         for pose in range(POSES):
-            self.compare(one, pose, self.kept[one.name].solve(one.targets[pose], **one.solve_options), "solve again")
+            self.compare(one, pose, deformer.solve(one.targets[pose], **one.solve_options), "solve again")
 
     def tasks(self, one):
         deformer = one.start_bind(threads=self.threads()).result()
@@ -180,10 +177,8 @@ class Worker:
         self.cancelled_at_any_time(task, execution)
 
     def cancel_solve(self, one):
-        if one.name not in self.kept:
-            self.kept[one.name] = one.bind(threads=self.threads())
         execution = meanvalue.Execution()
-        task = self.kept[one.name].start_solve(one.targets[0], **one.solve_options, execution=execution)
+        task = self.kept(one).start_solve(one.targets[0], **one.solve_options, execution=execution)
         self.cancelled_at_any_time(task, execution)
         self.solve_kept(one)
 
@@ -203,19 +198,16 @@ class Worker:
 
 
 def stress(alone, threads, rounds, seconds, seed=1):
-    """`rounds` in all, shared out to so many threads; fewer where they take longer than `seconds`. A Report."""
+    """`rounds` in all, shared out to so many threads; fewer where they take longer than `seconds`."""
     start = time.monotonic()
     workers = [Worker(alone, -(-rounds // threads), 1000 * seed + k, start + seconds) for k in range(threads)]
     for worker in workers:
         worker.thread.start()
     for worker in workers:
         worker.thread.join()
-    report = Report(threads, seconds=time.monotonic() - start)
     counts = sum((worker.done for worker in workers), Counter())
-    report.rounds = counts.total() - counts["cancelled"]
-    report.done = dict(counts)
-    report.wrong = [wrong for worker in workers for wrong in worker.wrong]
-    return report
+    rounds, wrong = counts.total() - counts["cancelled"], [each for worker in workers for each in worker.wrong]
+    return {"threads": threads, "rounds": rounds, "seconds": time.monotonic() - start, "done": counts, "wrong": wrong}
 
 
 def main():
@@ -227,7 +219,7 @@ def main():
     arguments = parser.parse_args()
     alone = Alone(model_cases(arguments.model) if arguments.model else made_cases())
     for threads in arguments.threads:
-        print(json.dumps(vars(stress(alone, threads, arguments.rounds, arguments.seconds))), flush=True)
+        print(json.dumps(stress(alone, threads, arguments.rounds, arguments.seconds)), flush=True)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ MOST_TOLD = 5
 
 
 def run(threads, rounds, seconds, model=None):
-    """The stress program in a process of its own. A report as stress.Report, or how the process ended, as a string."""
+    """What stress.stress() returns, in a process of its own, or how that ended, as a string."""
     command = [sys.executable, stress.__file__, "--threads", str(threads), "--rounds", str(rounds)]
     command += ["--seconds", str(seconds)] + (["--model", str(model)] if model else [])
     try:
