@@ -108,8 +108,9 @@ def source_of(key):
 
 def drive(owner, sources, expression, path="value"):
     """sources: {variable: a shape key whose value it has, or "mute" if it is called so; or (datablock, path); or (rig,
-    bone, channel of its own turn, how that is split)}."""
-    driver = owner.driver_add(path).driver
+    bone, channel of its own turn, how that is split)}. Returns the F-curve."""
+    curve = owner.driver_add(path)
+    driver = curve.driver
     driver.type = 'SCRIPTED'  # Blender evaluates sums and products itself: no Python, no permission needed
     for name, source in sources.items():
         variable = driver.variables.new()
@@ -123,6 +124,7 @@ def drive(owner, sources, expression, path="value"):
             variable.type, target.transform_space = 'TRANSFORMS', 'LOCAL_SPACE'
             target.id, target.bone_target, target.transform_type, target.rotation_mode = source
     driver.expression = expression
+    return curve
 
 
 def copy_driver(former, key, own):

@@ -212,13 +212,13 @@ def _write(obj, other, shape, compares):
             shape_keys.keep_edit(other, shape_keys.positions(key), model.overwritten)
         shape_keys.ensure_result_key(other)
         key = shape_keys.result(other)
-    _drive(key, by)  # which may be another one
+    drive(key, by)  # which may be another one
     if not np.array_equal(model.written, shape):  # else it is not evaluated again
         shape_keys.write_positions(other.data, key, shape)
         model.wrote(shape)
 
 
-def _drive(key, by):
+def drive(key, by):
     """The value of a key is that of the mesh's, 0 where it is muted."""
     if actions.source_of(key) != (by.id_data, by.path_from_id("value")):
         key.driver_remove("value")
@@ -244,7 +244,7 @@ def keep(obj, key):
         if shape is not None:
             made = shape_keys.add_shape(other, key.name, shape)
             made.slider_min = key_marks.mark(Role.KEPT, made.name)
-            _drive(made, key)
+            drive(made, key)
 
 
 def remove_pose(*objects):

@@ -18,7 +18,8 @@ def moved_range(scene, datablocks):
     ranges = []
     for each in datablocks:
         animation = each.animation_data
-        if getattr(each, "rigid_body", None) is not None or (animation is not None and len(animation.drivers)):
+        driven = animation is not None and any(not curve.mute for curve in animation.drivers)
+        if driven or getattr(each, "rigid_body", None) is not None:
             return whole
         if animation is None:
             continue

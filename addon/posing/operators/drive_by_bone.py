@@ -15,56 +15,18 @@ import numpy as np
 from mathutils import Quaternion, Vector
 
 from ... import ids, wording
-from ...errors import SceneError
-from ...scene import actions, along, key_marks, pose_key, rig_space, shape_keys, subject, vertex_groups
-from ...scene.core.key_shapes import KeyShapes
-from ...scene.key_marks import Role
+from ...errors import SceneError, require_none
+from ...scene import actions, pose_key, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
+from ..bridge.key_poses import BEFORE_BANDS, LEAST_TURN, POSES, follow_bones, mirror, pose_of, store, turns_now
 
-#: On the datablock of the keys: {mark of a key: {bone: its turn}}.
-POSES = "meanvalue_poses"
-
-#: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Squared distances: below the
-#: first two poses are one, and below the second, of 10 degrees, keys show at each other's pose.
-LEAST_TURN, SAME, NEAR = 0.005, 1e-5, 0.03
+#: Squared distances: below the first two poses are one, and below the second, of 10 degrees, keys show at each other's.
+SAME, NEAR = 1e-5, 0.03
 
 #: Poses of a group, and factors in an expression, of which Blender keeps 255 characters.
 MOST_POSES, FACTORS = 12, 5
 
-_OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)|clamp\(turn / [-+.e\d]+\)")  # the latter in files of before there were bands
-
-
-def _turns(obj, key):
-    """{bone: Quaternion} of the bones that are turned and carry what `key` moves; of all if none does."""
-    rig, found = rig_space.armature(obj), {}
-    for bone in rig.pose.bones if rig is not None else ():
-        local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
-        turn = local.to_quaternion().normalized()
-        if Vector(turn[1:]).length >= LEAST_TURN:
-            found[bone.name] = turn
-    squares = np.square(shape_keys.positions(key) - shape_keys.rest_positions(obj.data)).sum(axis=1)
-    moved = squares > 0.01 * squares.max(initial=0.0)
-    carry = [name for name, members in vertex_groups.members(obj, found).items() if moved[members].any()]
-    return {name: found[name] for name in carry or found}
-
-
-def _store(key, turns):
-    """Gives the key its pose, and a mark by which that is found; an artist's key does not pass for one just kept."""
-    taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
-    if key_marks.role(key) is None or (key_marks.role(key) == Role.KEPT and key.slider_min in taken):
-        counts = itertools.count(int(key_marks.role(key) is None))
-        marks = (key_marks.mark(Role.KEPT, key.name + " " * count) for count in counts)
-        key.slider_min = next(mark for mark in marks if mark not in taken)
-    if POSES not in key.id_data:
-        key.id_data[POSES] = {}
-    key.id_data[POSES][repr(key.slider_min)] = {name: list(turn) for name, turn in turns.items()}
-
-
-def _pose(key, rig=None):
-    """{bone: Quaternion} that the key is for; empty if that is not known, or of bones that `rig` has no more."""
-    pose = key.id_data.get(POSES, {}).get(repr(key.slider_min), {})
-    is_there = rig is None or all(name in rig.pose.bones for name in pose.keys())  # noqa: SIM118
-    return {name: Quaternion(turn) for name, turn in pose.items()} if is_there else {}
+_OURS = re.compile(rf"u\d+/\(u0(\+u\d+)*\)|{BEFORE_BANDS}")
 
 
 def is_driven(key):
@@ -73,23 +35,23 @@ def is_driven(key):
     return bool(curve and _OURS.fullmatch(curve.driver.expression))
 
 
-def _is_free(key):
+def is_free(key):
     """Whether neither a driver nor keyframes of an artist's move it."""
     keyframes, _values = actions.read_keys(key.id_data, key.path_from_id("value"))
     return is_driven(key) or not (actions.driver_of(key) or len(keyframes))
 
 
-def _group(key):
+def group_of(key):
     """The key and those whose poses share bones with its, or with one of these, but for those an artist moves."""
-    free = {each: set(_pose(each)) for each in key.id_data.key_blocks if _is_free(each)}
-    found, bones = [key], set(_pose(key))
+    free = {each: set(pose_of(each)) for each in key.id_data.key_blocks if is_free(each)}
+    found, bones = [key], set(pose_of(key))
     while more := [each for each in free if each not in found and bones & free[each]]:
         found += more
         bones.update(*(free[each] for each in more))
     return [each for each in key.id_data.key_blocks if each in found]
 
 
-def _places(poses):
+def places_of(poses):
     """(bones, (p, b, 5) where each pose has them, (p, p) squared distances)."""
     bones = sorted(set().union(*poses))
     turns = [[pose.get(bone, Quaternion()) for bone in bones] for pose in poses]
@@ -99,44 +61,14 @@ def _places(poses):
     return bones, places, np.square(places[:, None] - places).sum(axis=(2, 3))
 
 
-def keep(obj, key):
-    """A pose was kept as `key`: for the pose of the rig. What keys for others of its bones show is part of it, since
-    they are off there from here on. Returns (these, notes)."""
-    turns, mates, notes = _turns(obj, key), [], []
-    if turns or POSES in key.id_data:  # none, too: a key of that name may have had one
-        _store(key, turns)
-    if turns:
-        mates = [each for each in _group(key) if each != key and each.value and not each.mute]
-        mates = [each for each in mates if _places([turns, _pose(each)])[2][0, 1] > SAME]
-    for other in along.group(obj) if mates else ():
-        found = {}
-        for each in other.data.shape_keys.key_blocks if other.data.shape_keys else ():  # along, those that ours drive
-            found[(each.id_data, each.path_from_id("value")) if other == obj else actions.source_of(each)] = each
-        kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
-        if kept is not None:
-            shown = [each for each in shown if each is not None]
-            shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, key) for key in shown]))
-            shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
-            shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
-    if mates:
-        what = f"What {wording.quoted([each.name for each in mates])} showed is part of '{key.name}'"
-        notes.append(f"{what}, since they are for other poses of these bones")
-    if any(map(is_driven, mates)):
-        try:
-            notes += _drive(obj, [key])
-        except SceneError as error:
-            notes.append(f"Press Drive by Pose. {error}")
-    return mates, notes
-
-
-def _drive(obj, more, without=()):
+def drive(obj, more, without=()):
     """Makes all our drivers anew, with those of the keys `more` and their groups. Returns notes. @throws SceneError."""
     rig, groups, notes = rig_space.armature(obj), [], []
-    ours = [key for key in obj.data.shape_keys.key_blocks if is_driven(key) and _pose(key, rig)]
+    ours = [key for key in obj.data.shape_keys.key_blocks if is_driven(key) and pose_of(key, rig)]
     for key in (*more, *ours):
         if key not in without and not any(key in group for group in groups):
-            groups.append([each for each in _group(key) if _pose(each, rig)])
-    plans = [(group, *_places([{}, *map(_pose, group)])) for group in groups]
+            groups.append([each for each in group_of(key) if pose_of(each, rig)])
+    plans = [(group, *places_of([{}, *map(pose_of, group)])) for group in groups]
     for group, *_, apart in plans:
         if len(group) > MOST_POSES:
             raise SceneError(f"{len(group)} kept poses share bones, and {MOST_POSES} at most can. Delete some")
@@ -144,6 +76,8 @@ def _drive(obj, more, without=()):
         pairs = [wording.quoted([["rest", *(key.name for key in group)][each] for each in pair]) for pair in near]
         notes += [f"{pair} are within 10 degrees, so that one shows at the other's pose" for pair in pairs]
     for key in (*more, *ours, *without):
+        if repr(key.slider_min) not in key.id_data.get(POSES, ()):
+            store(obj, key, pose_of(key))
         key.driver_remove("value")
     rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
     used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
@@ -154,11 +88,11 @@ def _drive(obj, more, without=()):
             del owner[name]
     names = (name for name in (f"{ids.DRIVE_BY_POSE} {number}" for number in itertools.count(1)) if name not in used)
     for name, plan in zip(names, plans):  # noqa: B905
-        _drive_group(obj, rig, name, *plan)
+        __drive_group(obj, rig, name, *plan)
     return notes
 
 
-def _drive_group(obj, rig, name, keys, bones, places, apart):
+def __drive_group(obj, rig, name, keys, bones, places, apart):
     def chain(what, parts, glue):
         """(obj, path) of the property with the sum or the product of parts, (expression, its sources) each."""
         last = {}
@@ -199,16 +133,43 @@ def _key(obj):
 
 
 def _problem(obj):
+    return None if _key(obj) else "There is no kept pose. Press Keep Pose, or choose a shape key"
+
+
+def _driver_problem(obj):
     """Why the kept pose takes no driver, in words, or None."""
-    key = _key(obj)
-    if key is None:
-        return "There is no kept pose to drive. Press Keep Pose, or choose a shape key"
     if rig_space.armature(obj) is None:
         return f"'{obj.name}' follows no armature, whose bones could drive the pose"
-    curve = actions.driver_of(key)
-    if not curve or is_driven(key):
+    key = _key(obj)
+    if not actions.driver_of(key) or is_driven(key):
         return None
     return f"Shape key '{key.name}' is driven already. To replace that, delete its driver first"
+
+
+def _side(name):
+    """L and left come before R and right: -1; they come after: 1; neither: 0."""
+    flipped = bpy.utils.flip_name(name)
+    return (name > flipped) - (name < flipped)
+
+
+def _mirror(obj, key, all_of_side):
+    """As run() returns."""
+    if not _side(key.name):
+        raise SceneError(f"The name of '{key.name}' tells no side. Let it end in .L or .R")
+    ours = shape_keys.made_names(obj)
+    sided = [each for each in key.id_data.key_blocks if each.name not in ours and _side(each.name) == _side(key.name)]
+    pairs, alone, lost = mirror(obj, sided if all_of_side else [key])
+    notes = [f"No bone is across from {wording.quoted(alone)}"] if alone else []
+    notes += [f"{wording.vertices(lost)} without a mirror image go as the surface there does"] if lost else []
+    own = [each.name for pair in pairs.items() for each in pair if not is_free(each)]
+    notes += [f"Drivers and keyframes of your own are not mirrored: {wording.quoted(own)}"] if own else []
+    driven = [pair for each, pair in pairs.items() if is_driven(each) and is_free(pair)]
+    try:
+        notes += drive(obj, driven) if driven else []
+    except SceneError as error:
+        notes.append(f"Press Drive by Pose. {error}")
+    names = wording.quoted([pair.name for pair in pairs.values()])
+    return f"{names} mirror the other side", [*notes, *subject.sharing_notes(obj)]
 
 
 class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
@@ -218,6 +179,15 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     problems = (_problem,)
     switch = "remove"
 
+    does: bpy.props.EnumProperty(
+        name="Does",
+        description="What becomes of the kept pose",
+        items=(
+            ('DRIVE', "Drive", "Bones drive it"),
+            ('MIRROR', "Mirror or Update the Pair", "Make the key of the other side like this one, as .L and .R tell"),
+            ('MIRROR_ALL', "Mirror All", "Make those of the other side like all of this side"),
+        ),
+    )
     now: bpy.props.BoolProperty(name="As Posed Now", description="At the pose that the rig has now, not the one kept")
     bone: bpy.props.StringProperty(
         name="Bone", description="If empty: those that were posed when it was kept, or are now"
@@ -237,7 +207,11 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
     )
 
     def invoke(self, context, _event):
-        return self.execute(context) if self.remove else context.window_manager.invoke_props_dialog(self)
+        problem = _driver_problem(subject.of(context))
+        if self.remove or self.does != 'DRIVE' or problem:
+            return self.execute(context)
+        follow_bones(subject.of(context))
+        return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
         layout, obj = self.layout, subject.of(context)
@@ -247,17 +221,21 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         if self.bone:
             layout.prop(self, "axis")
             layout.prop(self, "angle")
-        for key in _group(_key(obj)):
-            layout.label(text=f"{key.name}: {wording.listed(_pose(key) or _turns(obj, key))}, now {key.value:.2f}")
+        for key in group_of(_key(obj)):
+            layout.label(text=f"{key.name}: {wording.listed(pose_of(key) or turns_now(obj, key))}, now {key.value:.2f}")
 
     def run(self, obj):
         rig, key = rig_space.armature(obj), _key(obj)
+        follow_bones(obj)
         if self.remove:
-            gone = [each for each in _group(key) if is_driven(each)]
-            _drive(obj, [], gone)
+            gone = [each for each in group_of(key) if is_driven(each)]
+            drive(obj, [], gone)
             return f"{wording.counted(len(gone), 'pose is', 'poses are')} driven no more", []
-        turned, has_angle = _turns(obj, key), self.properties.is_property_set("angle")
-        pose = (not self.now and _pose(key, rig)) or turned
+        if self.does != 'DRIVE':
+            return _mirror(obj, key, self.does == 'MIRROR_ALL')
+        require_none(_driver_problem(obj))
+        turned, has_angle = turns_now(obj, key), self.properties.is_property_set("angle")
+        pose = (not self.now and pose_of(key, rig)) or turned
         if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
         if self.bone or has_angle:
@@ -268,7 +246,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         if not any(Vector(turn[1:]).length >= LEAST_TURN for turn in pose.values()):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         lost = [f"Range Min was {key.slider_min:g}, and is 0"] * (key.slider_min < -0.01)
-        _store(key, pose)
-        notes = _drive(obj, [key]) + lost
-        names = wording.quoted([each.name for each in _group(key)], limit=MOST_POSES)
+        store(obj, key, pose)
+        notes = drive(obj, [key]) + lost
+        names = wording.quoted([each.name for each in group_of(key)], limit=MOST_POSES)
         return f"The pose of {wording.quoted(pose)} drives {names}", notes

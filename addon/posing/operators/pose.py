@@ -8,14 +8,15 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, shape_keys, subject
+from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, shape_keys, subject, vertex_groups
 from ...scene.core import point_sets
+from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...scene.pose_object_making import remove_bare
 from ...scene.pose_objects import shown
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
-from ..bridge import control_places, controls, examples, new_handles, region, scene_input, targets
+from ..bridge import control_places, controls, examples, key_poses, new_handles, region, scene_input, targets
 from ..bridge.scene_input import CONTROLS, Posing
 from . import drive_by_bone
 
@@ -53,6 +54,37 @@ def _is_settled(obj):
     return not obj.meanvalue.live or engine.is_settled(obj)
 
 
+def _keep_for_rig(obj, key):
+    """A pose was kept as `key`: for the pose of the rig. What keys for others of its bones show is part of it, since
+    they are off there from here on. Returns (these, notes)."""
+    turns, mates, notes = key_poses.turns_now(obj, key), [], []
+    if turns or key_poses.POSES in key.id_data:  # none, too: a key of that name may have had one
+        key_poses.store(obj, key, turns)
+    if turns:
+        mates = [each for each in drive_by_bone.group_of(key) if each != key and each.value and not each.mute]
+        apart = (drive_by_bone.places_of([turns, key_poses.pose_of(each)])[2][0, 1] for each in mates)
+        mates = [each for each, away in zip(mates, apart, strict=True) if away > drive_by_bone.SAME]
+    for other in along.group(obj) if mates else ():
+        found = {}
+        for each in other.data.shape_keys.key_blocks if other.data.shape_keys else ():  # along, those that ours drive
+            found[(each.id_data, each.path_from_id("value")) if other == obj else actions.source_of(each)] = each
+        kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
+        if kept is not None:
+            shown = [each for each in shown if each is not None]
+            shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, key) for key in shown]))
+            shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
+            shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
+    if mates:
+        what = f"What {wording.quoted([each.name for each in mates])} showed is part of '{key.name}'"
+        notes.append(f"{what}, since they are for other poses of these bones")
+    if any(map(drive_by_bone.is_driven, mates)):
+        try:
+            notes += drive_by_bone.drive(obj, [key])
+        except SceneError as error:
+            notes.append(f"Press Drive by Pose. {error}")
+    return mates, notes
+
+
 class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
     """Hand the pose over to a new shape key, whose slider has it from here on. The handles pose on top of it"""
 
@@ -69,7 +101,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         key.slider_min = key_marks.mark(Role.KEPT, key.name)
         name = key.name
         along.keep(obj, key)
-        others, notes = drive_by_bone.keep(obj, key)
+        others, notes = _keep_for_rig(obj, key)
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
         if any(actions.is_animated(each.control) or len(controls.mover(each).constraints) for each in handles):
@@ -177,7 +209,7 @@ class MEANVALUE_OT_finish(SettledOperator, bpy.types.Operator):
             for each in filter(None, map(shape_keys.result, along.group(obj))):
                 each.name = name
                 each.slider_min = key_marks.mark(Role.KEPT, each.name)
-            others, notes = drive_by_bone.keep(obj, key)
+            others, notes = _keep_for_rig(obj, key)
             for each in others:
                 each.value = 0.0
             return f"The pose is shape key '{key.name}'", notes

@@ -54,6 +54,7 @@ class MEANVALUE_MT_pose(bpy.types.Menu):
 
     def draw(self, _context):
         panels.draw_operators(self.layout, ("meanvalue.keep_pose", "meanvalue.drive_by_bone"))
+        self.layout.operator_menu_enum("meanvalue.drive_by_bone", "does", text="Kept Pose")
         self.layout.menu(MEANVALUE_MT_apply.__name__)
         panels.draw_operators(self.layout, (None, "meanvalue.bind", "meanvalue.solve_from_key", None))
         panels.draw_operators(

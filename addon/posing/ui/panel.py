@@ -113,6 +113,7 @@ class MEANVALUE_PT_panel(SidebarPanel, bpy.types.Panel):
                 row.operator("meanvalue.drive_by_bone", icon='DRIVER')
                 if obj.active_shape_key is not None and drive_by_bone.is_driven(obj.active_shape_key):
                     row.operator("meanvalue.drive_by_bone", text="", icon='X').remove = True
+                row.operator_menu_enum("meanvalue.drive_by_bone", "does", text="", icon='DOWNARROW_HLT')
         if len(obj.meanvalue.handles) == 1:  # below all else, so that nothing moves under the mouse when it goes
             draw_wrapped(layout, context, NEXT_HINT, icon='INFO')
         found = _status(obj)  # one thing at a time, only what is wrong, slow or to be decided, with what does it

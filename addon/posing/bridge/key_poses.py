@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The poses of bones that shape keys are for, stored with them; and keys for the other side."""
+
+import itertools
+import re
+import zlib
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Quaternion, Vector
+
+from ...scene import actions, along, kept, key_marks, mesh_arrays, pose_key, rig_space, shape_keys, vertex_groups
+from ...scene.core import whole_mesh
+from ...scene.core.key_shapes import KeyShapes
+from ...scene.key_marks import Role
+from ...scene.surface import Surface
+
+#: On the datablock of the keys: {mark of a key: {bone: its turn}}; on the object: what a muted driver is of.
+POSES, BONES = "meanvalue_poses", "meanvalue_bones"
+
+#: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Of the size of the rig: how near
+#: a bone is to the image of the one across.
+LEAST_TURN, SAME_PLACE = 0.005, 1e-3
+
+#: What drove a key in files of before there were bands: one bone, by its angle.
+BEFORE_BANDS = r"clamp\(turn / ([-+.e\d]+)\)"
+
+
+def turns_now(obj, key):
+    """{bone: Quaternion} of the bones that are turned and carry what `key` moves; of all if none does."""
+    rig, found = rig_space.armature(obj), {}
+    for bone in rig.pose.bones if rig is not None else ():
+        local = rig.convert_space(pose_bone=bone, matrix=bone.matrix, from_space='POSE', to_space='LOCAL')
+        turn = local.to_quaternion().normalized()
+        if Vector(turn[1:]).length >= LEAST_TURN:
+            found[bone.name] = turn
+    squares = np.square(shape_keys.positions(key) - shape_keys.rest_positions(obj.data)).sum(axis=1)
+    moved = squares > 0.01 * squares.max(initial=0.0)
+    carry = [name for name, members in vertex_groups.members(obj, found).items() if moved[members].any()]
+    return {name: found[name] for name in carry or found}
+
+
+def store(obj, key, turns):
+    """Gives the key its pose, and a mark by which that is found; an artist's key does not pass for one just kept."""
+    taken = [each.slider_min for each in key.id_data.key_blocks if each != key]
+    if key_marks.role(key) is None or (key_marks.role(key) == Role.KEPT and key.slider_min in taken):
+        counts = itertools.count(int(key_marks.role(key) is None))
+        marks = (key_marks.mark(Role.KEPT, key.name + " " * count) for count in counts)
+        key.slider_min = next(mark for mark in marks if mark not in taken)
+    follow_bones(obj, {repr(key.slider_min): {name: list(turn) for name, turn in turns.items()}})
+
+
+def follow_bones(obj, new=()):
+    """Stored poses have bones by the names of now, and `new` ones are added. Blender renames bones in drivers: so a
+    muted driver has all that are stored as variables."""
+    keys, rig, names = obj.data.shape_keys, rig_space.armature(obj), {}
+    for owner in (*pose_key.sharing(obj), obj):
+        curve = owner.animation_data and owner.animation_data.drivers.find(f'["{BONES}"]')
+        names |= {each.name: each.targets[0].bone_target for each in curve.driver.variables} if curve else {}
+    marks = {repr(each.slider_min) for each in keys.key_blocks}
+    poses = {mark: pose.to_dict() for mark, pose in keys.get(POSES, {}).items() if mark in marks}
+    for mark, pose in poses.items():
+        poses[mark] = {names.get(_variable(bone), bone): turn for bone, turn in pose.items()}
+    keys[POSES] = {**poses, **dict(new)}
+    bones = {*itertools.chain(*keys[POSES].values())}
+    if rig is not None and any(names.get(_variable(bone)) != bone for bone in bones):
+        obj[BONES] = 0.0
+        obj.driver_remove(f'["{BONES}"]')
+        variables = {_variable(bone): (rig, bone, "ROT_W", 'QUATERNION') for bone in bones}
+        actions.drive(obj, variables, "0", f'["{BONES}"]').mute = True
+
+
+def _variable(bone):
+    return f"b{zlib.crc32(bone.encode()):08x}"
+
+
+def pose_of(key, rig=None):
+    """{bone: Quaternion} that the key is for; empty if that is not known, or of bones that `rig` has no more."""
+    pose, curve = key.id_data.get(POSES, {}).get(repr(key.slider_min)), actions.driver_of(key)
+    found = {name: Quaternion(turn) for name, turn in (pose or {}).items()}
+    angle = curve and pose is None and re.fullmatch(BEFORE_BANDS, curve.driver.expression)
+    if angle:
+        target = curve.driver.variables[0].targets[0]
+        axis = [float(target.transform_type == f"ROT_{each}") for each in "XYZ"]
+        found = {target.bone_target: Quaternion(axis, float(angle[1]))}
+    return found if rig is None or all(name in rig.pose.bones for name in found) else {}
+
+
+def mirror(obj, keys):
+    """Keys for the other side by their names, written anew if they are there, with their poses. Returns ({key: its
+    pair}, names of bones that none is across from, how many vertices have no mirror image)."""
+    pairs, alone, lost = {}, set(), 0
+    for key in keys:
+        pairs[key], missing = _mirrored(obj, key)
+        lost, path = max(lost, missing), (key.id_data, key.path_from_id("value"))
+        for other in along.group(obj)[1:]:
+            for own in list(other.data.shape_keys.key_blocks) if other.data.shape_keys else ():
+                if actions.source_of(own) == path:
+                    along.drive(_mirrored(other, own)[0], pairs[key])
+        pose = pose_of(key)
+        images = _images(obj, pose)
+        alone.update(pose.keys() - images)
+        if images:
+            store(obj, pairs[key], dict(images.values()))
+    return pairs, sorted(alone), lost
+
+
+def _across(obj):
+    """3 x 3: over the plane of Symmetric, or else of X."""
+    axis = 'X' if obj.meanvalue.symmetric == 'NONE' else obj.meanvalue.symmetric
+    return Matrix.Diagonal([1.0 - 2.0 * (axis == each) for each in "XYZ"])
+
+
+def _mirrored(obj, key):
+    """(the key for the other side, made or written anew; how many vertices have no mirror image)."""
+    flip, keys, relative = bpy.utils.flip_name, key.id_data.key_blocks, key.relative_key
+    rest, across = shape_keys.rest_positions(obj.data), np.array(_across(obj))
+    row = *np.diag(across < 0.0).astype(float), 0.0
+    twins = kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
+    shapes = KeyShapes(**vertex_groups.key_parts(obj, [vertex_groups.slider_of(obj, key)]))
+    offsets, lost = shapes.offset(0), np.flatnonzero(twins < 0)  # what masks it is part of its shape
+    moved = offsets[twins]
+    if len(lost):
+        surface = Surface(rest, mesh_arrays.triangles(obj.data, rest))
+        face, shares, *_ = surface.nearest(rest[lost] @ across, surface.normals()[lost] @ across)
+        moved[lost] = np.einsum("kc,kcj->kj", shares, offsets[surface.triangles[np.maximum(face, 0)]])
+    pair, relative = keys.get(flip(key.name)), keys.get(flip(relative.name), relative)
+    if pair is None:
+        pair = shape_keys.add_shape(obj, flip(key.name), None)
+        pair.slider_min = 0.0 if key_marks.role(key) is not None else key.slider_min
+        pair.slider_max, pair.mute = key.slider_max, key.mute
+    pair.relative_key, pair.vertex_group = relative, ""
+    shape_keys.write_positions(obj.data, pair, (shape_keys.positions(relative) + moved @ across).astype(np.float32))
+    return pair, len(lost)
+
+
+def _images(obj, pose):
+    """{bone: (that across, by its name or else by its place; its turn there)} of {bone: Quaternion}."""
+    rig, found = rig_space.armature(obj), {}
+    to_rig = rig.matrix_world.inverted_safe() @ obj.matrix_world if pose else Matrix()
+    across, bones = to_rig @ _across(obj).to_4x4() @ to_rig.inverted_safe(), rig.data.bones if pose else {}
+    ends = np.array([(*bone.head_local, *bone.tail_local) for bone in bones])
+    for bone in (bones[name] for name in pose if name in bones):
+        image = bpy.utils.flip_name(bone.name)
+        away = np.abs(ends - (*(across @ bone.head_local), *(across @ bone.tail_local))).max(axis=1)
+        if image == bone.name and away.min() <= SAME_PLACE * np.ptp(ends):
+            image = bones[int(away.argmin())].name
+        if image in bones:
+            frame = (bones[image].matrix_local.inverted() @ across @ bone.matrix_local).to_3x3()
+            found[bone.name] = image, (frame @ pose[bone.name].to_matrix() @ frame.inverted()).to_quaternion()
+    return found
