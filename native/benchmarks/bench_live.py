@@ -184,7 +184,7 @@ class Scene:
         self.drafted = None
         if self.is_caught_up():
             return False
-        if self.follower._drafted() is not None:
+        if self.follower._drag.drafted is not None:
             self.drafted = time.perf_counter() - began
         while not self.is_caught_up():
             time.sleep(self.parts["live.following"].TICK_SECONDS)
