@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
+from ...errors import SceneError
 from ...scene import actions, along, kept, key_marks, mesh_arrays, pose_key, rig_space, shape_keys, vertex_groups
 from ...scene.core import whole_mesh
 from ...scene.core.key_shapes import KeyShapes
@@ -84,6 +85,17 @@ def pose_of(key, rig=None):
         axis = [float(target.transform_type == f"ROT_{each}") for each in "XYZ"]
         found = {target.bone_target: Quaternion(axis, float(angle[1]))}
     return found if rig is None or all(name in rig.pose.bones for name in found) else {}
+
+
+def pose_rig(rig, keys, key):
+    """Turns the bones that `keys` are for to the pose of one of these. Returns what it did. @throws SceneError."""
+    pose = pose_of(key, rig) if rig is not None else {}
+    if not pose:
+        raise SceneError(f"The pose for '{key.name}' is not known. Pose the rig and press Drive by Pose")
+    for bone in (rig.pose.bones[name] for name in set().union(*map(pose_of, keys)) if name in rig.pose.bones):
+        place, _turn, scale = bone.matrix_basis.decompose()
+        bone.matrix_basis = Matrix.LocRotScale(place, pose.get(bone.name, Quaternion()), scale)
+    return f"The rig is posed as for '{key.name}'"
 
 
 def mirror(obj, keys):

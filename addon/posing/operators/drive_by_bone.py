@@ -18,7 +18,8 @@ from ... import ids, wording
 from ...errors import SceneError, require_none
 from ...scene import actions, pose_key, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
-from ..bridge.key_poses import BEFORE_BANDS, LEAST_TURN, POSES, follow_bones, mirror, pose_of, store, turns_now
+from ..bridge import key_poses
+from ..bridge.key_poses import BEFORE_BANDS, LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
 
 #: Squared distances: below the first two poses are one, and below the second, of 10 degrees, keys show at each other's.
 SAME, NEAR = 1e-5, 0.03
@@ -158,7 +159,7 @@ def _mirror(obj, key, all_of_side):
         raise SceneError(f"The name of '{key.name}' tells no side. Let it end in .L or .R")
     ours = shape_keys.made_names(obj)
     sided = [each for each in key.id_data.key_blocks if each.name not in ours and _side(each.name) == _side(key.name)]
-    pairs, alone, lost = mirror(obj, sided if all_of_side else [key])
+    pairs, alone, lost = key_poses.mirror(obj, sided if all_of_side else [key])
     notes = [f"No bone is across from {wording.quoted(alone)}"] if alone else []
     notes += [f"{wording.vertices(lost)} without a mirror image go as the surface there does"] if lost else []
     own = [each.name for pair in pairs.items() for each in pair if not is_free(each)]
@@ -183,15 +184,15 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         name="Does",
         description="What becomes of the kept pose",
         items=(
-            ('DRIVE', "Drive", "Bones drive it"),
+            ('DRIVE', "Drive", "Have bones drive it, and all others of these bones: on where it was kept, off at rest"),
+            ('POSE', "Pose the Rig", "Turn the bones to the pose that it is for"),
             ('MIRROR', "Mirror or Update the Pair", "Make the key of the other side like this one, as .L and .R tell"),
             ('MIRROR_ALL', "Mirror All", "Make those of the other side like all of this side"),
         ),
     )
+    key: bpy.props.StringProperty(name="Key", description="If empty: the active shape key", options={'HIDDEN'})
     now: bpy.props.BoolProperty(name="As Posed Now", description="At the pose that the rig has now, not the one kept")
-    bone: bpy.props.StringProperty(
-        name="Bone", description="If empty: those that were posed when it was kept, or are now"
-    )
+    bone: bpy.props.StringProperty(name="Bone", description="If empty: those posed when it was kept, or posed now")
     axis: bpy.props.EnumProperty(
         name="Axis",
         description="The bone's own axis that it turns around",
@@ -202,9 +203,12 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         description="Where the pose is fully on. If it was never given: as the bone is turned now",
         subtype='ANGLE',
     )
-    remove: bpy.props.BoolProperty(
-        name="Remove", description="Take its driver away, and those of other poses of its bones"
-    )
+    remove: bpy.props.BoolProperty(name="Remove", description="Take away its driver, and those of poses of its bones")
+
+    @classmethod
+    def description(cls, context, properties):
+        item = properties.bl_rna.properties["does"].enum_items[properties.does]
+        return super().description(context, properties) or item.description
 
     def invoke(self, context, _event):
         problem = _driver_problem(subject.of(context))
@@ -215,6 +219,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
 
     def draw(self, context):
         layout, obj = self.layout, subject.of(context)
+        if self.does != 'DRIVE' or self.remove:
+            return
         layout.use_property_split = True
         layout.prop(self, "now")
         layout.prop_search(self, "bone", rig_space.armature(obj).pose, "bones")
@@ -225,12 +231,14 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             layout.label(text=f"{key.name}: {wording.listed(pose_of(key) or turns_now(obj, key))}, now {key.value:.2f}")
 
     def run(self, obj):
-        rig, key = rig_space.armature(obj), _key(obj)
+        rig, key = rig_space.armature(obj), obj.data.shape_keys.key_blocks.get(self.key) or _key(obj)
         follow_bones(obj)
         if self.remove:
             gone = [each for each in group_of(key) if is_driven(each)]
             drive(obj, [], gone)
             return f"{wording.counted(len(gone), 'pose is', 'poses are')} driven no more", []
+        if self.does == 'POSE':
+            return key_poses.pose_rig(rig, group_of(key), key), []
         if self.does != 'DRIVE':
             return _mirror(obj, key, self.does == 'MIRROR_ALL')
         require_none(_driver_problem(obj))

@@ -10,7 +10,7 @@ from ...scene import along, baked, key_marks, mirrors, pose_objects, shape_keys,
 from ...solver import native_loader
 from ...widgets import overlay
 from ...widgets.panels import PanelPart, SidebarPanel, column_of_settings, draw_wrapped
-from ..bridge import controls, members, orphans, scene_input, targets
+from ..bridge import controls, key_poses, members, orphans, scene_input, targets
 from ..operators import drive_by_bone, tool_choice
 from .menus import MEANVALUE_MT_apply, draw_add
 
@@ -52,6 +52,9 @@ class MEANVALUE_UL_kept_poses(bpy.types.UIList):
         row = layout.row(align=True)
         row.prop(item, "name", text="", emboss=False)
         row.prop(item, "value", text="", slider=True, emboss=False)
+        if key_poses.pose_of(item):
+            button = row.operator("meanvalue.drive_by_bone", text="", icon='POSE_HLT', emboss=False)
+            button.does, button.key = 'POSE', item.name
 
     def filter_items(self, _context, data, collection):
         kept = {key.name for key in key_marks.of_role(data, key_marks.Role.KEPT)}
