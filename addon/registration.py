@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Registers the rooms, in order, their pages of the guide and the add-on's preferences, and takes all of it back. Each
-room says what of its own is kept on an object (`object.meanvalue`) and on a collection (`collection.meanvalue`)."""
+room says what of its own is kept on an object (`object.meanvalue`) and on a collection (`collection.meanvalue`).
+
+And what Blender tells us: that objects were edited or moved, that undo or loading replaced everything. Live posing
+follows what moved (live/engine.py); all else only forgets or marks. Blender calls handlers for every frame of every
+scene: nothing may be gone through there unless something of ours follows or is shown.
+"""
 
 import importlib
 import pathlib
 
 import bpy
+from bpy.app.handlers import persistent
 from bpy.props import PointerProperty
 
-from . import handlers, ids, rooms, wording
+from . import ids, rooms, wording
+from .live import engine, roll
 from .scene import object_model
 from .scene.baked import MEANVALUE_PG_baked
 from .scene.declarations import aside
@@ -83,6 +90,100 @@ OWNERS = {bpy.types.Object: MEANVALUE_PG_settings}
 for _kind in filter(None, (room.of_collections for room in ROOMS)):
     OWNERS[bpy.types.Collection] = _kind
 
+_is_unknown = True  # what the file has: the add-on may be enabled in any, and nobody tells if undo or loading failed
+_last_active = {}  # (scene, view layer): name and mode of its active object when the handler saw it last
+
+
+def _tell(listeners, *arguments):
+    for hear in listeners:
+        hear(*arguments)
+
+
+@persistent
+def meanvalue_scene_updated(_scene, depsgraph):
+    if depsgraph.mode == 'RENDER':  # on a thread of its own
+        return
+    _notice_objects(depsgraph)
+    _tell(rooms.ALL.scene_updated)
+    active = depsgraph.view_layer.objects.active
+    state = (active.name, active.mode) if active is not None else None
+    layer = depsgraph.scene.name, depsgraph.view_layer.name
+    if state != _last_active.get(layer):
+        _last_active[layer] = state
+        if active is not None:
+            _tell(rooms.ALL.chosen, active)
+    engine.scene_updated(depsgraph)
+
+
+@persistent
+def meanvalue_frame_changed(_scene, depsgraph):
+    if depsgraph.mode == 'RENDER':
+        engine.rendered_frame(depsgraph)
+        return
+    _notice_objects(depsgraph)
+    engine.scene_updated(depsgraph, is_frame=True)
+
+
+def _notice_objects(depsgraph):
+    """Where objects came, as by appending and duplicating, some may be live; where they went, it is told. Blender tells
+    of collections then, and in no frame of an animation."""
+    if _is_unknown:
+        _begin()
+    elif depsgraph.id_type_updated('COLLECTION'):
+        _tell(rooms.ALL.objects_changed)
+        roll.search()
+
+
+@persistent
+def meanvalue_leave_file(*_):
+    """Another file or state is to come."""
+    global _is_unknown
+    _is_unknown = True
+    engine.forget()
+
+
+@persistent
+def meanvalue_look_again(*_):
+    global _is_unknown
+    _is_unknown = False
+    object_model.clear()
+    _tell(rooms.ALL.forget)
+    engine.look_for_live_objects()
+
+
+@persistent
+def meanvalue_another_file(*_):
+    session.cache.clear()
+    engine.meanvalue_render_ended()
+    _begin()
+
+
+def _begin():
+    _tell(rooms.ALL.another_file)
+    meanvalue_look_again()
+
+
+@persistent
+def meanvalue_save(*_):
+    _tell(rooms.ALL.about_to_save)
+
+
+_HANDLERS = (
+    ("depsgraph_update_post", meanvalue_scene_updated),
+    ("frame_change_post", meanvalue_frame_changed),
+    ("undo_pre", meanvalue_leave_file),
+    ("redo_pre", meanvalue_leave_file),
+    ("undo_post", meanvalue_look_again),
+    ("redo_post", meanvalue_look_again),
+    ("load_pre", meanvalue_leave_file),
+    ("load_post", meanvalue_another_file),
+    ("save_pre", meanvalue_save),
+    ("render_init", engine.meanvalue_render_started),
+    ("render_complete", engine.meanvalue_render_ended),
+    ("render_cancel", engine.meanvalue_render_ended),
+)
+
+
 #: A class that every copy of the add-on registers, and the module that has it: they tell whether another copy is on.
 MARK, MARK_MODULE = "MEANVALUE_PT_panel", ".posing.ui.panel"
 
@@ -98,7 +199,9 @@ def register():
     for owner, kind in OWNERS.items():
         setattr(owner, ids.OBJECT_PROPERTY, PointerProperty(type=kind))
     rooms.take_in(ROOMS)
-    handlers.register()
+    _drop_handlers()
+    for list_name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, list_name).append(handler)
     for menu, draw in rooms.ALL.blender_menus:
         menu.append(draw)
     for room in ROOMS:
@@ -115,7 +218,7 @@ def unregister():
         room.unregister()
     for menu, draw in rooms.ALL.blender_menus:
         menu.remove(draw)
-    handlers.unregister()
+    _drop_handlers()
     rooms.take_in(())
     for owner in OWNERS:
         delattr(owner, ids.OBJECT_PROPERTY)
@@ -124,3 +227,13 @@ def unregister():
     job.cancel_all()
     object_model.clear()
     session.cache.clear()
+
+
+def _drop_handlers():
+    """By name: after reloading the add-on, handlers of the former one are other functions."""
+    global _is_unknown
+    _is_unknown = True
+    for list_name, handler in _HANDLERS:
+        handlers = getattr(bpy.app.handlers, list_name)
+        handlers[:] = [other for other in handlers if getattr(other, "__name__", "") != handler.__name__]
+    engine.shut_down()

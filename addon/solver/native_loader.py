@@ -2,6 +2,7 @@
 """The only file that imports the compiled module, and not before it is needed: without it the panel says what is
 missing."""
 
+import contextlib
 import importlib
 import importlib.machinery
 import pathlib
@@ -33,10 +34,8 @@ def module():
 def problem():
     """Why the compiled module cannot be used, or None. For drawing: looks once and keeps the answer."""
     if _module is None and _problem is None:
-        try:
+        with contextlib.suppress(NativeModuleError):
             module()
-        except NativeModuleError as error:
-            return str(error)
     return _problem
 
 

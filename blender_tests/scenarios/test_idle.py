@@ -70,7 +70,7 @@ def test_what_becomes_live_is_noticed(how, tmp_path, part):
         bpy.ops.object.make_local(type='ALL')
         obj = bpy.data.objects[name]
     else:
-        part("handlers").meanvalue_look_again()
+        part("registration").meanvalue_look_again()
     handles.update()
     handles.move(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
     assert follows(obj, (1.0, 0.0, 0.0), TOP)

@@ -307,7 +307,7 @@ def test_an_edit_of_the_pose_is_kept_where_the_mesh_is_posed_before_it_is_bound(
     step_on(timers)
     obj.active_shape_key_index, obj.data.shape_keys.key_blocks[1].data[40].co.y = 1, 0.5
     edited = shown(obj)
-    part("handlers").meanvalue_another_file()
+    part("registration").meanvalue_another_file()
     step_on(timers)
     move(control, (0.2, 0.0, 0.0))
     step_on(timers)

@@ -60,7 +60,7 @@ def interface():
             stack.enter_context(mock.patch.object(installed.part(name), "clock", lambda: clock() + timers.passed))
         yield timers
         installed.part("live.engine").shut_down()
-        installed.part("handlers").meanvalue_leave_file()
+        installed.part("registration").meanvalue_leave_file()
 
 
 def is_settled(obj):

@@ -124,8 +124,6 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         held = None if self._pressed.handle or pose_objects.is_foreign(obj) else new_handles.handle_at(obj, self.vertex)
         self.handle = self._pressed.handle if held is None else obj.meanvalue.handles[held].name
         self._fits = self._is_to_fit = not (self.handle or self.pin) and tool_choice.fits(context)
-        if self._fits:
-            self.size = tool_choice.FIRST_SIZE
         if not self.pin:
             self._whole = region.radius(obj, 1.0)  # kept: a move of the mouse must not read the whole mesh
             if tool_choice.is_small(context, obj):
