@@ -135,7 +135,6 @@ class MixFollower(Following):
     is_animated = staticmethod(lambda obj: obj.data.shape_keys is not None and actions.is_animated(obj.data.shape_keys))
     why_hidden = staticmethod(mixed_keys.why_hidden)
     _cached_binding = staticmethod(lambda mix_input: session.cache.get(mix_input.key))
-    _read_targets = staticmethod(mixed_keys.values)
     _is_same_target = staticmethod(np.array_equal)
     _make_key = staticmethod(mixed_keys.make_key)
 
@@ -145,6 +144,9 @@ class MixFollower(Following):
 
     def notes(self):
         return ()
+
+    def _read_targets(self, obj):
+        return row(obj, self._input)
 
     def _require_ready(self, obj):
         super()._require_ready(obj)

@@ -76,11 +76,6 @@ def problem(obj):
     return None
 
 
-def values(obj):
-    """(k,) float64: the sliders."""
-    return np.array([key.value for key in mixed(obj)], np.float64)
-
-
 def make_key(obj):
     """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
     mark = key_marks.mark(Role.MIX)

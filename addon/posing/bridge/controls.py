@@ -128,8 +128,11 @@ def paint(control, handle):
     control.color = (*Color(handle.color).from_srgb_to_scene_linear(), 1.0)
 
 
-def add_control(obj, handle, rest_points):
-    """Makes the Empty that moves `handle`, which has vertices at n x 3 `rest_points`, where they are seen."""
+def add_control(obj, handle, vertices, color=None):
+    """Makes the Empty that moves `handle`, which has these vertices, where they are seen."""
+    carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
+    handle.color = color or views.COLORS[carried % len(views.COLORS)]
+    rest_points = shape_keys.rest_positions(obj.data)[vertices]
     whole, extent = region.shown_size(obj), np.ptp(rest_points, axis=0).max()
     size = float(np.clip(SIZE_OVER_PART * 0.5 * extent, SMALLEST_SIZE * whole, LARGEST_SIZE * whole))
     control = new_control(obj, handle, handle.name, 'CUBE', size)

@@ -70,7 +70,7 @@ class Grip:
             handle = new_handles.add_handle(obj, vertices) if self.is_new else obj.meanvalue.handles[index]
             self.handle_name, self._size_before = handle.name, handle.size
             if self.is_new:
-                new_handles.make_handle(obj, handle, vertices)
+                controls.add_control(obj, handle, vertices)
             if not obj.meanvalue.live:  # before the region is written: to Blender any setting is an edit of the mesh
                 obj.meanvalue.live = True
             if self.is_new:

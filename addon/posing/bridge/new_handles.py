@@ -5,7 +5,7 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError
-from ...scene import kept, rig_space, shape_keys, views, worn
+from ...scene import kept, rig_space, shape_keys, worn
 from . import controls, limbs, members, region, targets
 
 PIN_COLOR = (0.0, 0.45, 0.70)
@@ -27,13 +27,6 @@ def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
         members.make(obj, handle, name or named(obj, vertices, kind), vertices)
     settings.active_handle = len(settings.handles) - 1
     return handle
-
-
-def make_handle(obj, handle, vertices, color=None):
-    """Gives a handle its control, at its vertices as they are shown. Returns the control."""
-    carried = sum(other.follows == 'CONTROL' for other in obj.meanvalue.handles)
-    handle.color = color or views.COLORS[carried % len(views.COLORS)]
-    return controls.add_control(obj, handle, shape_keys.rest_positions(obj.data)[vertices])
 
 
 def make_pin(handle):
@@ -84,7 +77,7 @@ def toggle_pin(obj, vertex, size, name=""):
         rig_space.measure(obj)  # throws before anything is changed
     handle = add_handle(obj, vertices, kind=ids.PIN_NAME)
     if is_posed:
-        make_handle(obj, handle, vertices, PIN_COLOR)
+        controls.add_control(obj, handle, vertices, PIN_COLOR)
         handle.is_pin = True
     else:
         make_pin(handle)

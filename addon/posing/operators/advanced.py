@@ -15,7 +15,7 @@ from ...solver import native_loader, session
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ...widgets.base import MeshOperator, Reporting
-from ..bridge import controls, members, new_handles, region, scene_input, targets
+from ..bridge import controls, members, region, scene_input, targets
 from ..bridge.scene_input import CONTROLS, Posing, release
 from ..core import mesh_problems
 
@@ -110,7 +110,7 @@ class MEANVALUE_OT_bind(BackgroundOperator, bpy.types.Operator):
             if handle.made_control and controls.owner_of(handle.control) == obj:
                 controls.put_beside(obj, handle.control)
             else:
-                new_handles.make_handle(obj, handle, vertices, handle.color)
+                controls.add_control(obj, handle, vertices, handle.color)
         posing.record(obj)
         message = f"Updated. {wording.counted(len(lone), 'control')} made" if lone else "Updated"
         return message, posing.binding.notes

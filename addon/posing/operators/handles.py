@@ -98,7 +98,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
             message = f"Pin '{handle.name}' holds {count}"
         else:
             is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)
-            control = new_handles.make_handle(obj, handle, members)
+            control = controls.add_control(obj, handle, members)
             if self.size > 0.0:
                 handle.size = self.size
                 region.write(obj, np.maximum(region.weights(obj), region.around(obj, handle)))
