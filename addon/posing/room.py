@@ -9,11 +9,11 @@ from . import old_files, properties
 from .bridge import controls, orphans
 from .live.follower import Follower
 from .operators import advanced, drive_by_bone, grab, handles, pose, tool_choice
-from .ui import grab_tool, menus, overlay, panel
+from .ui import menus, overlay, panel
 
 
 def _unregister():
-    grab_tool.unregister()
+    menus.unregister()
     if bpy.app.timers.is_registered(orphans.remove):
         bpy.app.timers.unregister(orphans.remove)
     for forget in (*ROOM.forget, orphans.forget):
@@ -44,7 +44,7 @@ ROOM = Room(
     },
     modules=(properties, grab, handles, pose, drive_by_bone, advanced, panel, menus),
     settings=properties.Settings.__annotations__,
-    register=grab_tool.register,
+    register=menus.register,
     unregister=_unregister,
     finders=[controls.mesh_moved_by],
     painters=[overlay.paint],

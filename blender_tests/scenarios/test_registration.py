@@ -68,7 +68,7 @@ def test_off_and_on_again_leaves_one_of_everything(part):
 def test_shortcuts_are_those_that_are_told(part):
     if bpy.context.window_manager.keyconfigs.addon is None:
         pytest.skip("this Blender has no shortcuts of add-ons in the background")
-    known = part("posing.ui.grab_tool").SHORTCUTS
+    known = part("posing.ui.menus").SHORTCUTS
     assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in known)
 
 
@@ -93,7 +93,7 @@ def test_shortcuts_are_free_in_blenders_own_keymap(part):
         for _operator, event, _properties in content["items"]
     }
     assert ("Mesh", 'P', False, False, False) in taken
-    for keymap, operator, _properties, key, modifiers in part("posing.ui.grab_tool").SHORTCUTS:
+    for keymap, operator, _properties, key, modifiers in part("posing.ui.menus").SHORTCUTS:
         for name in (keymap, *ABOVE, *BELOW):
             wanted = (name, key, *(modifiers.get(modifier, False) for modifier in ("ctrl", "alt", "shift")))
             assert wanted not in taken, operator
