@@ -107,7 +107,7 @@ def mirror(obj, keys):
         lost, path = max(lost, missing), (key.id_data, key.path_from_id("value"))
         for other in along.group(obj)[1:]:
             for own in list(other.data.shape_keys.key_blocks) if other.data.shape_keys else ():
-                if actions.source_of(own) == path:
+                if actions.source_of(own) == path and bpy.utils.flip_name(own.name) != own.name:
                     along.drive(_mirrored(other, own)[0], pairs[key])
         pose = pose_of(key)
         images = _images(obj, pose)
@@ -135,7 +135,8 @@ def _mirrored(obj, key):
     if len(lost):
         surface = Surface(rest, mesh_arrays.triangles(obj.data, rest))
         face, shares, *_ = surface.nearest(rest[lost] @ across, surface.normals()[lost] @ across)
-        moved[lost] = np.einsum("kc,kcj->kj", shares, offsets[surface.triangles[np.maximum(face, 0)]])
+        there = np.einsum("kc,kcj->kj", shares, offsets[surface.triangles[np.maximum(face, 0)]])
+        moved[lost] = np.where(face[:, None] < 0, 0.0, there)
     pair, relative = keys.get(flip(key.name)), keys.get(flip(relative.name), relative)
     if pair is None:
         pair = shape_keys.add_shape(obj, flip(key.name), None)
