@@ -43,7 +43,7 @@ def test_a_mirrored_key_is_exact_and_shows_at_the_mirrored_pose(tmp_path):
         rig.pose.bones["Wing.R" if bone == "Wing.L" else "Wing.L"].matrix_basis = Matrix()
         seen.append(rigs.seen(obj))
         values = [key.value for key in obj.data.shape_keys.key_blocks[1:]]
-        assert values == pytest.approx([name == "Up.L", name == "Up.R"], abs=1e-4)
+        assert values == pytest.approx([float(name == each) for each in ("Up.L", "Up.R")], abs=1e-4)
     assert np.abs(seen[1][twins] * ACROSS - seen[0]).max() < 1e-5 * rigs.size(obj)
 
 
