@@ -24,7 +24,12 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
     bl_label = "Bake"
     bl_description = "Solve every frame of the animated handles or sliders, into a point cache, keys or bones"
     doing = "Baking"
-    problems = (lambda obj: None if baked.source(obj) or bones.is_seen(obj) else scene_input.unheld_problem(obj),)
+    problems = (
+        lambda obj: bones.is_seen(obj)
+        and obj.meanvalue.baked.target
+        and f"'{obj.name}' is baked. Press Remove Bake first",
+        lambda obj: None if baked.source(obj) or bones.is_seen(obj) else scene_input.unheld_problem(obj),
+    )
 
     __annotations__ = {
         **properties.OPTIONS,

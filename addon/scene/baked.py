@@ -20,7 +20,7 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     modifier: StringProperty()
     keys: StringProperty()
     muted: StringProperty()
-    hidden: StringProperty()  # modifiers that bones stand for, and whether viewport and renders had them
+    hidden: StringProperty()  # types of the modifiers before bones, and where those they stand for were shown
     rig: PointerProperty(type=bpy.types.Object)
     parent: PointerProperty(type=bpy.types.Object)  # armature that held it: glTF takes that for what deforms
     parent_inverse: StringProperty()  # of that, rows of a matrix
@@ -33,6 +33,20 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
 def names_in(text):
     """Names of a list in MEANVALUE_PG_baked. Remembered, since all that is drawn asks."""
     return tuple(json.loads(text or "[]"))
+
+
+def hidden(obj):
+    """{name: (in the viewport, in renders)}, where they were shown, of the modifiers that a bake has turned off. They
+    are told by their types in turn: names may be others by now."""
+    text, found = obj.meanvalue.baked.hidden, {}
+    if text.startswith("{"):  # in older files
+        return {name: shown for name, shown in json.loads(text).items() if name in obj.modifiers}
+    left = [*names_in(text)]
+    for each in obj.modifiers if left else ():
+        if row := next((row for row in left if row[0] == each.type), None):
+            left.remove(row)
+            found[each.name] = row[1:]
+    return {name: shown for name, shown in found.items() if shown}
 
 
 def source(obj):

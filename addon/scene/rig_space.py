@@ -20,7 +20,7 @@ from .. import compat, wording
 from ..errors import SceneError
 from ..rooms import ALL
 from . import mesh_arrays, pose_key, pose_objects, shape_keys, views
-from .baked import names_in
+from .baked import hidden, names_in
 from .core.point_sets import bounding_box_diagonal
 from .core.seen_space import SeenSpace
 
@@ -44,7 +44,8 @@ HARMLESS = {
 _APPENDING = {'SUBSURF', 'MULTIRES'}
 
 #: Modifiers that move vertices, and make and remove none.
-_MOVING = (DEFORMING - {'MESH_SEQUENCE_CACHE', 'NODES'}) | HARMLESS | {'CLOTH', 'SOFT_BODY'}
+SIMULATING = {'CLOTH', 'SOFT_BODY'}
+_MOVING = (DEFORMING - {'MESH_SEQUENCE_CACHE', 'NODES'}) | HARMLESS | SIMULATING
 
 #: Parents that deform their children as a modifier does.
 DEFORMING_PARENTS = {'ARMATURE', 'LATTICE', 'CURVE'}
@@ -62,7 +63,7 @@ def is_there(obj):
 
 def is_deformed(obj):
     """Whether modifiers or a parent deform what its keys have."""
-    return bool(_deformers(obj))
+    return bool(deformers(obj))
 
 
 def armature(obj):
@@ -76,18 +77,14 @@ def armatures(obj):
     return [each.object for each in obj.modifiers if each.type == 'ARMATURE' and each.object and each.name != baked]
 
 
-def before_bones(obj):
-    """Its modifiers that bones can stand for, before any that makes vertices; nodes at the end only if alone."""
-    known, simulating = _MOVING | {'MESH_SEQUENCE_CACHE', 'NODES'}, {'CLOTH', 'SOFT_BODY'}
-    first = itertools.takewhile(lambda each: each.type in known or not each.show_viewport, obj.modifiers)
-    found = [each for each in first if _deforms(obj, each) or (each.type in simulating and each.show_viewport)]
+def before_bones(obj, is_seen=True):
+    """Its modifiers that bones can stand for, before any that makes vertices; nodes at the end only if alone. Not
+    is_seen: before simulations, whose caches are of what the scene shows."""
+    known = (_MOVING | {'MESH_SEQUENCE_CACHE', 'NODES'}) - (set() if is_seen else SIMULATING)
+    first = itertools.takewhile(lambda each: each.type in known or not _is_on(obj, each), obj.modifiers)
+    found = [each for each in first if _deforms(obj, each) or (each.type in SIMULATING and _is_on(obj, each))]
     ends = [number for number, each in enumerate(found, 1) if each.type != 'NODES']
     return found[: ends[-1]] if ends else found
-
-
-def looks_at_neighbours(obj):
-    """Whether where a vertex is seen may depend on where the key has others."""
-    return any(each.type in NEIGHBOURLY for each in _deformers(obj))
 
 
 def sliders(obj):
@@ -101,7 +98,7 @@ def sliders(obj):
 
 def named(obj):
     """What deforms the object behind its key, in words."""
-    names = [each.name for each in _deformers(obj)]
+    names = [each.name for each in deformers(obj)]
     return wording.quoted(names) if names else "its shape keys"
 
 
@@ -161,7 +158,7 @@ def evaluating(obj, modifiers=None, alone=False):
     try:
         used = [_deforms(obj, each) if modifiers is None else each.name in modifiers for each in obj.modifiers]
         evaluated.modifiers.foreach_set("show_viewport", used)
-        has_nodes = modifiers is None and any(each.type == 'NODES' for each in _deformers(obj))
+        has_nodes = modifiers is None and any(each.type == 'NODES' for each in deformers(obj))
         if has_nodes and len(run(rest)) != len(rest):  # they make vertices, which only trying tells
             used = [each.type != 'NODES' and is_used for each, is_used in zip(obj.modifiers, used, strict=True)]
             evaluated.modifiers.foreach_set("show_viewport", used)
@@ -219,7 +216,7 @@ def _stores(obj, depsgraph, alone):
     return found if all(len(store) == len(rest) for store, _, _ in found) else None
 
 
-def _deformers(obj):
+def deformers(obj):
     """Modifiers, and the parent if it deforms its children as they do."""
     found = [modifier for modifier in obj.modifiers if _deforms(obj, modifier)]
     return [*found, obj.parent] if obj.parent is not None and obj.parent_type in DEFORMING_PARENTS else found
@@ -228,10 +225,13 @@ def _deformers(obj):
 def _deforms(obj, modifier):
     baked = obj.meanvalue.baked
     is_bake = bool(baked.target) and modifier.name == baked.modifier  # plays in place of the pose
-    is_on = modifier.show_viewport or modifier.name in names_in(baked.hidden)
-    if is_bake or pose_objects.is_ours(modifier) or not is_on or modifier.type not in DEFORMING:
+    if is_bake or pose_objects.is_ours(modifier) or not _is_on(obj, modifier) or modifier.type not in DEFORMING:
         return False
     return modifier.type != 'NODES' or not compat.simulates(modifier)
+
+
+def _is_on(obj, modifier):
+    return modifier.show_viewport or modifier.name in hidden(obj)
 
 
 def _counts(obj, key):

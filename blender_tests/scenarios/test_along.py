@@ -178,3 +178,11 @@ def test_a_bake_plays_in_all_and_is_taken_back(target, tmp_path):
     for each in others:
         assert [key.name for key in each.data.shape_keys.key_blocks] == ["Basis", handles.RESULT]
         assert not each.modifiers and np.abs(meshes.seen(each) - shown(each)).max() < 1e-5
+
+
+def test_clothes_get_weights_of_one_armature_and_are_baked_again():
+    obj, *others, control = dressed()
+    baking.key_control(control)
+    for _ in range(2):
+        assert bpy.ops.meanvalue.bake('EXEC_DEFAULT', True, target='ARMATURE', bones=4) == {'FINISHED'}
+    assert {each.modifiers[0].object for each in others} == {obj.meanvalue.baked.rig}

@@ -4,9 +4,11 @@
 import bpy
 import numpy as np
 import pytest
-from support import rigs
+from support import meshes, rigs, steps
 from support.baking import FRAMES, animated_tube, played, rest
 from support.snapshot import assert_same, snapshot
+
+TIMES = range(1, FRAMES + 1)
 
 
 def of_a_rig():
@@ -18,27 +20,49 @@ def of_a_rig():
     return obj
 
 
-@pytest.mark.parametrize("source", [lambda: animated_tube(live=True)[0], of_a_rig])
+def of_a_simulation():
+    obj = meshes.tube(24, 16, "Soft")
+    settings = obj.modifiers.new("Softbody", 'SOFT_BODY').settings
+    obj.modifiers[0].point_cache.frame_end = FRAMES
+    steps.add_weights(obj, "Goal", 1.0 - rest(obj)[:, 2] / rest(obj)[:, 2].max())
+    settings.vertex_group_goal, settings.goal_default = "Goal", 0.5
+    for frame in (1, FRAMES):
+        obj.rotation_euler = (0.05 * frame, 0.0, 0.0)
+        obj.keyframe_insert("rotation_euler", frame=frame)
+    meshes.activate(obj)
+    return obj
+
+
+def bake(**options):
+    return bpy.ops.meanvalue.bake('EXEC_DEFAULT', True, **{"target": 'ARMATURE', "bones": 8, **options})
+
+
+@pytest.mark.parametrize("source", [lambda: animated_tube(live=True)[0], of_a_rig, of_a_simulation])
 def test_bones_show_what_was_found_and_go_again(part, monkeypatch, tmp_path, source):
-    obj, bones, found, times = source(), part("baking.bridge.bones"), [], range(1, FRAMES + 1)
+    obj, bones, found, times = source(), part("baking.bridge.bones"), [], TIMES
     name, places, play = obj.name, np.pad(rest(obj), ((0, 0), (0, 1)), constant_values=1.0), bones.play
     monkeypatch.setattr(bones, "play", lambda parts, *given: (found.append(given[0]), play(parts, *given))[1])
     size, shown = np.linalg.norm(np.ptp(places, axis=0)), played(obj, times)
-    before = snapshot(obj, {"settings", "keys"}), [each.show_viewport for each in obj.modifiers], repr(obj.parent)
+    without = {"settings", "keys", "modifiers"}
+    before = snapshot(obj, without), [(each.type, each.show_viewport) for each in obj.modifiers], repr(obj.parent)
     bpy.ops.ed.undo_push(message="Before")
-    assert bpy.ops.meanvalue.bake('EXEC_DEFAULT', True, target='ARMATURE', bones=8) == {'FINISHED'}
+    assert bake() == {'FINISHED'}
     weights = np.where(found[0].weights < 1e-3, 0.0, found[0].weights)
     exact = np.einsum("nb,fbij,nj->fni", weights, found[0].transforms[:, :, :3], places) / weights.sum(axis=1)[:, None]
     assert np.linalg.norm(played(obj, times) - exact, axis=2).max() < 1e-5 * size
     assert np.linalg.norm(exact - shown, axis=2).max() < 0.02 * size < np.ptp(shown, axis=0).max()
     bpy.ops.ed.undo()
-    assert_same(before[0], snapshot(bpy.data.objects[name], {"settings", "keys"}))
+    assert_same(before[0], snapshot(bpy.data.objects[name], without))
     bpy.ops.ed.redo()
+    hidden = [each for each in bpy.data.objects[name].modifiers if not each.show_viewport]
+    for number, modifier in enumerate(hidden):
+        modifier.name = f"Renamed {number}"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "bones.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "bones.blend"))
     assert bpy.ops.meanvalue.unbake() == {'FINISHED'}
-    assert_same(before[0], snapshot(obj := bpy.data.objects[name], {"settings", "keys"}))
-    assert [each.show_viewport for each in obj.modifiers] == before[1] and len(bpy.data.armatures) == len(before[1])
+    assert_same(before[0], snapshot(obj := bpy.data.objects[name], without))
+    assert [(each.type, each.show_viewport) for each in obj.modifiers] == before[1]
+    assert len(bpy.data.armatures) == (before[2] != "None")
     assert np.abs(played(obj, times) - shown).max() < 1e-4 * size and repr(obj.parent) == before[2]
 
 
@@ -49,3 +73,13 @@ def test_a_linked_duplicate_keeps_its_weights():
     bpy.ops.object.duplicate(linked=True)
     bpy.ops.meanvalue.unbake()
     assert np.abs(played(obj, [FRAMES]) - shown).max() < 1e-5 and obj.parent == obj.meanvalue.baked.rig
+
+
+def test_a_simulation_is_baked_from_its_beginning_and_not_over_its_bake():
+    obj = of_a_simulation()
+    bake(frame_range='OWN', frame_start=6, frame_end=FRAMES)
+    shown = played(obj, TIMES[5:])
+    with pytest.raises(RuntimeError, match="Press Remove Bake first"):
+        bake()
+    bpy.ops.meanvalue.unbake()
+    assert np.abs(played(obj, TIMES)[5:] - shown).max() < 0.01 * np.ptp(shown, axis=0).max()

@@ -2,6 +2,7 @@
 """Bones and weights that stand for what moves a mesh, and what goes along with it: one armature for all."""
 
 import itertools
+import math
 
 import bpy
 import numpy as np
@@ -34,8 +35,6 @@ def problem(obj):
         return f"'{obj.parent.name}' is of another file, and takes no weights. Bake to a point cache"
     if obj.parent is not None and obj.parent_type in rig_space.DEFORMING_PARENTS:
         return f"'{obj.parent.name}' deforms '{obj.name}' as its parent. Parent it as Object, and add a modifier"
-    if is_seen(obj) and obj.meanvalue.baked.target:
-        return f"A bake plays in place of what moves '{obj.name}'. Press Remove Bake first"
     is_small = bounding_box_diagonal(shape_keys.rest_positions(obj.data)) < 1e-4  # Blender drops bones below 1e-6
     return f"'{obj.name}' is too small for bones. Scale it up" if is_small else shape_keys.absolute_problem(obj)
 
@@ -45,16 +44,21 @@ def fit(parts, shapes, times, is_seen, options):
 
     parts: the mesh, and what goes along; shapes: for each f of n x 3 float32, without modifiers; is_seen: at rest,
     since not handles move the mesh. @throws MeanValueError."""
-    modifiers, obj, worlds = [[each.name for each in rig_space.before_bones(part)] for part in parts], parts[0], []
+    modifiers, obj, worlds = [rig_space.before_bones(part, is_seen) for part in parts], parts[0], []
+    begins = [each.point_cache.frame_start for each in itertools.chain(*modifiers) if each.type in rig_space.SIMULATING]
+    ahead = range(min(begins, default=1 << 20), math.ceil(times[0]))  # simulations know a frame from the one before
+    modifiers, ahead_of = [[each.name for each in group] for group in modifiers], iter(ahead)
 
     def see():
+        if next(ahead_of, None) is not None:
+            return
         row = len(worlds)
         worlds.append(np.array(obj.matrix_world, np.float64))
         for part, names, own in zip(parts, modifiers, shapes, strict=True):
             with rig_space.evaluating(part, names, alone=not is_seen) as evaluate:
                 own[row] = evaluate(own[row]).astype(np.float32)
 
-    yield from frames.visit(bpy.context.scene, times, see)
+    yield from frames.visit(bpy.context.scene, [*ahead, *times], see)
     axes = np.array(worlds)[:, :3, :3]
     grams = np.swapaxes(axes, 1, 2) @ axes  # the same where it turns and moves alone, diagonal where nothing is oblique
     if np.abs(grams - np.diag(np.diag(grams[0]))).max() > 1e-3 * grams.max():
@@ -97,15 +101,15 @@ def play(parts, found, worlds, times, is_seen, has_root):
     if np.ptp(worlds, axis=0).any():
         actions.write_motion(rig, times, worlds)
     weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
-    ends = np.cumsum([len(each.data.vertices) for each in parts])
+    notes, ends = [], np.cumsum([len(each.data.vertices) for each in parts])
     for part, own in zip(parts, np.split(weights / weights.sum(axis=1, keepdims=True), ends[:-1]), strict=True):
-        playing.play_bones(part, rig, to_rig, names, own, is_seen)
+        notes += playing.play_bones(part, rig, to_rig, names, own, is_seen)
     off = found.errors.astype(np.float64) / bounding_box_diagonal(shape_keys.rest_positions(parts[0].data))
     of_frames = np.sqrt((off**2).mean(axis=1))
     worst, rms = sample_times.named(times[of_frames.argmax()]), np.sqrt((of_frames**2).mean())
     near = f"rms {rms:.2%}, largest {off.max():.2%} of the size, worst at frame {worst}"
-    is_scaled = not np.allclose(parts[0].matrix_world.to_scale(), 1.0, atol=1e-4)
-    notes = [f"'{parts[0].name}' has a scale: apply it before export (Object > Apply > Scale)"] if is_scaled else []
+    if not np.allclose(parts[0].matrix_world.to_scale(), 1.0, atol=1e-4):
+        notes.append(f"'{parts[0].name}' has a scale: apply it before export (Object > Apply > Scale)")
     return wording.counted(len(names), "bone"), near, notes
 
 

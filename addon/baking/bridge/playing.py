@@ -53,38 +53,44 @@ def play_keys(obj, times, shapes):
 
 
 def play_bones(obj, rig, to_rig, names, weights, is_seen):
-    """An armature modifier and vertex groups, n x b weights. Modifiers and kept poses are off; if is_seen all keys."""
+    """An armature modifier and vertex groups, n x b weights. Modifiers and kept poses are off; if is_seen all keys.
+    Yields notes. to_rig: from the world into its space."""
     groups = [obj.vertex_groups.new(name=name) for name in names]
     for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
         groups[number].add((vertex,), weights[vertex, number], 'REPLACE')
-    record, hidden = obj.meanvalue.baked, rig_space.before_bones(obj)
-    record.hidden = json.dumps({each.name: (each.show_viewport, each.show_render) for each in hidden})
+    record, hidden = obj.meanvalue.baked, rig_space.before_bones(obj, is_seen)
+    end = obj.modifiers.find(hidden[-1].name) + 1 if hidden else 0
+    shown = {each.name: (each.show_viewport, each.show_render) for each in hidden}
+    record.hidden = json.dumps([(each.type, *shown.get(each.name, ())) for each in obj.modifiers[:end]])
     for each in hidden:
         each.show_viewport = each.show_render = False
     modifier = obj.modifiers.new(rig.name, 'ARMATURE')
-    compat.move_modifier(obj, modifier, obj.modifiers.find(hidden[-1].name) + 1 if hidden else 0)
+    compat.move_modifier(obj, modifier, end)
     modifier.object, modifier.use_bone_envelopes = rig, False
-    former, moves_itself = obj.parent, obj.constraints or getattr(obj.animation_data, "action", None)
-    if former is not None and (former.type, obj.parent_type) == ('ARMATURE', 'OBJECT') and not moves_itself:
-        record.parent, record.parent_inverse = former, json.dumps([*map(list, obj.matrix_parent_inverse)])
-        obj.parent, obj.matrix_parent_inverse = rig, to_rig @ former.matrix_world @ obj.matrix_parent_inverse
     keys = obj.data.shape_keys
     _hide_result(obj, keys.key_blocks[1:] if is_seen and keys else key_marks.of_role(keys, key_marks.Role.KEPT))
     record.target, record.modifier, record.rig = TO_BONES, modifier.name, rig
+    if any(each.type in rig_space.SIMULATING and each.show_viewport for each in obj.modifiers[end:]):
+        yield f"'{obj.name}' is simulated on top. To have that in bones, bake to a point cache first, and keep it"
+    holder = obj.parent
+    if holder is None or (holder.type, obj.parent_type) != ('ARMATURE', 'OBJECT'):
+        return
+    if len(obj.constraints) or getattr(obj.animation_data, "action", None):
+        yield f"'{obj.name}' moves by itself, and keeps its parent: glTF plays '{holder.name}'. Clear the parent first"
+        return
+    record.parent, record.parent_inverse = holder, json.dumps([*map(list, obj.matrix_parent_inverse)])
+    obj.parent, obj.matrix_parent_inverse = rig, to_rig @ holder.matrix_world @ obj.matrix_parent_inverse
 
 
 def _remove_bones(obj, record):
-    """What play_bones() has made, and shows what it had hidden. The armature goes with the last that it moves."""
+    """What play_bones() has made. The armature goes with the last that it moves."""
     rig, others = record.rig, [each for each in bpy.data.objects if each.data == obj.data and each != obj]
     is_shared = any(each.meanvalue.baked.rig == rig for each in others)  # as linked duplicates have it
     for bone in rig.data.bones if rig is not None and not is_shared else ():
         if shape_keys.MADE in bone and bone.name in obj.vertex_groups:  # which are renamed with their bones
             obj.vertex_groups.remove(obj.vertex_groups[bone.name])
-    if rig is not None and record.parent is not None and obj.parent == rig:
+    if record.parent is not None and obj.parent == rig:
         obj.parent, obj.matrix_parent_inverse = record.parent, Matrix(json.loads(record.parent_inverse))
-    for name, switches in json.loads(record.hidden).items():
-        if name in obj.modifiers:
-            obj.modifiers[name].show_viewport, obj.modifiers[name].show_render = switches
     moved = {getattr(modifier, "object", None) for each in bpy.data.objects for modifier in each.modifiers}
     if rig is not None and rig not in moved:
         actions.remove_action(rig)
@@ -106,6 +112,8 @@ def take_back(obj):
     """Takes back what the last bake of `obj` has made in the scene. Files stay."""
     record, keys = obj.meanvalue.baked, obj.data.shape_keys
     modifier = obj.modifiers.get(record.modifier) if record.modifier else None
+    for name, shown in baked.hidden(obj).items():
+        obj.modifiers[name].show_viewport, obj.modifiers[name].show_render = shown
     if modifier is not None and modifier.type in {"MESH_CACHE", "ARMATURE"}:
         obj.modifiers.remove(modifier)
     if record.target == TO_BONES:

@@ -160,7 +160,8 @@ def _in_key(obj, bind_input, space, is_moved, wanted):
         if flat:
             count = f"{wording.vertices(flat)} of handle '{handle.name}'"
             raise SceneError(f"{rig_space.named(obj)} squeezes {count} flat. Scale the bones there, or turn it off")
-    if space.is_affine or rig_space.looks_at_neighbours(obj):  # mended alone, vertices overshoot what smooths them
+    is_smoothed = any(each.type in rig_space.NEIGHBOURLY for each in rig_space.deformers(obj))
+    if space.is_affine or is_smoothed:  # mended alone, vertices overshoot what smooths them
         return space.in_key(anchors, wanted)
     with rig_space.evaluating(obj) as evaluate:
         return space.in_key(anchors, wanted, evaluate)
