@@ -2,6 +2,7 @@
 """Bones and weights that stand for what moves a mesh, and what goes along with it: one armature for all."""
 
 import itertools
+import json
 import math
 
 import bpy
@@ -101,13 +102,16 @@ def play(parts, found, worlds, times, is_seen, has_root):
     if np.ptp(worlds, axis=0).any():
         actions.write_motion(rig, times, worlds)
     weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
-    notes, ends = [], np.cumsum([len(each.data.vertices) for each in parts])
-    for part, own in zip(parts, np.split(weights / weights.sum(axis=1, keepdims=True), ends[:-1]), strict=True):
-        notes += playing.play_bones(part, rig, to_rig, names, own, is_seen)
     off = found.errors.astype(np.float64) / bounding_box_diagonal(shape_keys.rest_positions(parts[0].data))
-    of_frames = np.sqrt((off**2).mean(axis=1))
-    worst, rms = sample_times.named(times[of_frames.argmax()]), np.sqrt((of_frames**2).mean())
-    near = f"rms {rms:.2%}, largest {off.max():.2%} of the size, worst at frame {worst}"
+    notes, ends = [], np.cumsum([len(each.data.vertices) for each in parts[:-1]])
+    weights, worst = np.split(weights / weights.sum(axis=1, keepdims=True), ends), off.max(axis=1).argmax()
+    for part, own, far in zip(parts, weights, np.split(off[worst], ends), strict=True):
+        notes += playing.play_bones(part, rig, to_rig, names, own, is_seen)
+        part.meanvalue.baked.worst = json.dumps([times[worst], np.flatnonzero(far > 0.5 * off.max()).tolist()])
+    rms, at = np.sqrt((off**2).mean()), sample_times.named(times[worst])
+    near = f"rms {rms:.2%}, largest {off.max():.2%} of the size, at frame {at}"
+    if off.max() > 0.02:
+        notes.append("Bones turn and move: what grows, or flies apart, stays off. Select Worst Vertices shows where")
     if not np.allclose(parts[0].matrix_world.to_scale(), 1.0, atol=1e-4):
         notes.append(f"'{parts[0].name}' has a scale: apply it before export (Object > Apply > Scale)")
     return wording.counted(len(names), "bone"), near, notes
