@@ -189,7 +189,7 @@ def test_a_mesh_without_any_ring():
 
 
 ERRORS = {
-    "counts": (lambda a, f: ([a, a[:-1]], f), r"shapes\[1\] has \d+ vertices, but shapes\[0\] has \d+"),
+    "counts": (lambda a, f: ([a, a[:-1]], f), r"shapes\[1\] has \d+ rows, but there are \d+ vertices of shapes\[0\]"),
     "faces": (lambda a, f: ([a, a], [f, f[::-1]]), r"triangle 0 is .* in faces\[1\], but .* in faces\[0\]"),
     "face counts": (lambda a, f: ([a, a], [f, f[1:]]), r"faces\[1\] has \d+ triangles, but faces\[0\] has \d+"),
     "one shape": (lambda a, f: ([a], f), "two or more"),

@@ -97,13 +97,11 @@ class BoneFitting {
         alternate(kJointRounds, 0.6, 0.4);
     }
 
-    /// About the fewest bones that reach the error, which is a power of their number.
+    /// About the fewest bones that reach the error, which falls about as their number grows.
     void search() {
         Index bones = options_.count, failed = 0, enough = kMostBones + 1;
-        double slope = -1.0;
         part_ = 0.5;  // one search may be enough
         Bones best;
-        std::pair<double, double> last;
         for (int run = 0; run < kMostSearches; ++run) {
             find(bones);
             done_ += std::exchange(part_, part_ / 2.0);
@@ -114,10 +112,7 @@ class BoneFitting {
             (is_reached ? enough : failed) = bones;
             const bool is_close = is_reached && error >= kCloseEnough * options_.error;
             if (is_close || failed + 1 >= enough || skin_.bone_count() < bones) break;
-            const std::pair<double, double> now = {std::log(bones), std::log(error)};
-            if (run > 0) slope = std::clamp((now.second - last.second) / (now.first - last.first), -3.0, -0.3);
-            last = now;
-            const double wanted = bones * std::pow(kAimedAt * options_.error / error, 1.0 / slope);
+            const double wanted = bones * error / (kAimedAt * options_.error);
             bones = static_cast<Index>(std::clamp(std::round(wanted), failed + 1.0, enough - 1.0));
         }
         static_cast<Bones&>(skin_) = best;

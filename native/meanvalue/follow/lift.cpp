@@ -1,10 +1,9 @@
-#include "meanvalue/follow/lift.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/follow/sheets.h"
 
 namespace meanvalue {
 namespace {

@@ -10,11 +10,53 @@
 #include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/follow/carrier_surface.h"
-#include "meanvalue/follow/lift.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
+
+/// A vertex of a sheet: where it hangs on its carrier.
+struct SheetHold {
+    SurfacePlace place;  ///< nearest to it
+    Vector3 offset;      ///< from there, at rest
+    Index sheet = 0;
+};
+
+/// Clothes that a pose would put below their carrier are lifted out again, one way only. Heights that sheets keep
+/// over their carrier, at least: each of their vertices over its place, and the places that cover a vertex of the
+/// carrier over that.
+class Lift {
+  public:
+    struct Height {
+        SurfacePlace above;  ///< on a sheet
+        SurfacePlace below;  ///< on the carrier
+        Index sheet = 0;
+        double least = 0.0;
+        double weight = 0.0;
+    };
+
+    Lift() = default;
+    /// @param rest n x 3 of the whole mesh; @param size of the carrier; @param own the sheets' vertices, their faces
+    /// in their own numbers. @throws Cancelled.
+    Lift(const PositionsView& rest, const CarrierSurface& carrier, double size, const PositionsView& own,
+         const Triangles& own_faces, const std::vector<SheetHold>& holds, int threads, const Execution& execution);
+
+    /// @param positions n x 3, of which the carrier's are read. @param growth of each sheet. @param encoding with the
+    /// rings of `own`, k x 3, which is moved. The same bits for any `threads`. @throws Cancelled.
+    void apply(const double* positions, const std::vector<Vector3>& normals, const std::vector<double>& growth,
+               const Encoding& encoding, int threads, const Execution& execution, Positions& own) const;
+
+    const std::vector<Height>& heights() const { return heights_; }
+
+  private:
+    struct Use {  // a height that a vertex is above
+        Index height;
+        double weight;
+    };
+
+    std::vector<Height> heights_;
+    Grouped<Use> uses_;
+};
 
 /// Each vertex of a sheet is drawn to where the patch of the carrier below it takes it, the more the nearer it is;
 /// and the sheet keeps its own shape besides: one step down the energy that poses minimize, with a matrix that is

@@ -39,10 +39,8 @@ void check_shapes(const MorphBinding& binding) {
     }
     for (std::size_t k = 0; k < binding.shapes.size(); ++k) {
         const std::string name = message("shapes[", k, "]");
-        if (binding.shapes[k]->rows() != binding.shapes[0]->rows()) {
-            throw InvalidInput(message(name, " has ", binding.shapes[k]->rows(), " vertices, but shapes[0] has ",
-                                       binding.shapes[0]->rows(), "; all must be of one mesh"));
-        }
+        require_count(name.c_str(), binding.shapes[k]->rows(), "row", binding.shapes[0]->rows(),
+                      "vertices of shapes[0]");
         require_finite(*binding.shapes[k], name.c_str());
         require_moderate_extent(*binding.shapes[k]);
     }

@@ -31,24 +31,6 @@ std::vector<char> flag_parts(const ShapeWeights& weights, const std::optional<st
     return is_part;
 }
 
-/// About their centers, at their common size.
-ShapeOverlay stack(const std::vector<PositionsView>& shapes, const LocalCells& cells,
-                   const std::vector<double>& weights) {
-    ShapeOverlay result;
-    result.sizes = cells.common_sizes(weights);
-    result.rotation = cells.mean_rotation(weights);
-    Vector3 middle = Vector3::Zero();
-    for (std::size_t k = 0; k < shapes.size(); ++k)
-        middle += weights[k] * mean_row(shapes[k]);
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-        Similarity place;
-        place.scale = result.sizes[k];
-        place.translation = middle - place.scale * mean_row(shapes[k]);
-        result.places.push_back(place);
-    }
-    return result;
-}
-
 /// The weights of the whole without its parts: those of the vertex where the parts have least. What parts take there
 /// goes to the first shape that is none. (Divided by what is left, it would be far beyond its shapes.)
 std::vector<double> whole_of(const ShapeWeights& weights, const std::vector<char>& is_part, Index vertices) {
@@ -125,9 +107,17 @@ ShapeOverlay overlay_shapes(const std::vector<PositionsView>& shapes, const OneR
                             const ShapeWeights& weights, const std::optional<std::vector<Index>>& parts,
                             const Execution& execution) {
     const std::vector<char> is_part = flag_parts(weights, parts);
-    if (weights.is_uniform()) return stack(shapes, cells, weights.mean());
-    const std::vector<double> whole = whole_of(weights, is_part, rings.vertex_count());
-    ShapeOverlay result = stack(shapes, cells, whole);
+    const std::vector<double> whole =
+        weights.is_uniform() ? weights.mean() : whole_of(weights, is_part, rings.vertex_count());
+    ShapeOverlay result{{}, cells.common_sizes(whole), {}, cells.mean_rotation(whole), {}};
+    Vector3 middle = Vector3::Zero();
+    for (std::size_t k = 0; k < shapes.size(); ++k)
+        middle += whole[k] * mean_row(shapes[k]);
+    for (std::size_t k = 0; k < shapes.size(); ++k) {  // about their centers, at their common size
+        const double scale = result.sizes[k];
+        result.places.push_back({scale, Matrix3::Identity(), middle - scale * mean_row(shapes[k])});
+    }
+    if (weights.is_uniform()) return result;
     result.frames.assign(shapes.size(), Quaternion::Identity());
     for (std::size_t k = 0; k < shapes.size(); ++k) {
         if (!is_part[k]) continue;

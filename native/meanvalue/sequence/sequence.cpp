@@ -122,7 +122,9 @@ class SequenceSolve {
                 std::transform(known.data(), known.data() + known.size(), frames.shapes.back(),
                                [](double x) { return static_cast<float>(x); });
                 ++frames_solved_;
-                report_progress();
+                const double share = static_cast<double>(frames_solved_) / static_cast<double>(frames_to_solve_);
+                const auto [from, to] = options_.progress;
+                execution_.set_progress(from + share * (to - from));
             }
         }
         smooth(run, frames);
@@ -261,12 +263,6 @@ class SequenceSolve {
         if (bound.loose_parts().carriers().empty()) return;
         for (Index frame = plan_.begin; frame < plan_.end; ++frame)
             bound.loose_parts().carry(bound.rest(), shape_in_result(frame), threads, execution_);
-    }
-
-    void report_progress() {
-        const double share = static_cast<double>(frames_solved_) / static_cast<double>(frames_to_solve_);
-        const auto [from, to] = options_.progress;
-        execution_.set_progress(from + share * (to - from));
     }
 
     const Deformer& deformer_;

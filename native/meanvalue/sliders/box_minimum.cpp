@@ -1,7 +1,7 @@
-#include "meanvalue/sliders/box_minimum.h"
-
 #include <Eigen/Cholesky>
 #include <vector>
+
+#include "meanvalue/sliders/frame_fit.h"
 
 namespace meanvalue {
 namespace {

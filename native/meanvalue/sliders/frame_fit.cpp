@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "meanvalue/linalg/procrustes.h"
-#include "meanvalue/sliders/box_minimum.h"
 
 namespace meanvalue {
 namespace {

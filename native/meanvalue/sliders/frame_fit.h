@@ -74,6 +74,19 @@ void refine_estimate(const SliderModel& model, const FrameTargets& frame, const 
 void follow_targets(const SliderModel& model, const FrameTargets& frame, const Execution& execution,
                     FrameEstimate& estimate);
 
+/// A quadratic function of s variables within a box.
+struct BoxProblem {
+    const Eigen::MatrixXd& hessian;   ///< s x s, positive definite
+    const Eigen::VectorXd& gradient;  ///< s, the negative gradient at zero
+    const Eigen::VectorXd& lower;     ///< s
+    const Eigen::VectorXd& upper;     ///< s, not below `lower`
+};
+
+/// The minimum of 1/2 x^T H x - g^T x within the box, by projected Newton steps (Bertsekas 1982): variables at a
+/// bound that the gradient presses against stay there, the others take a Newton step, clipped to the box.
+/// @param start s, where it begins; it is clipped first.
+Eigen::VectorXd minimise_in_box(const BoxProblem& problem, const Eigen::VectorXd& start);
+
 /// Each frame by itself first; then values are drawn to those of the frames beside them, as strongly as they change
 /// little from frame to frame beside their noise (a random walk whose variance is estimated from the differences over
 /// one and over two frames).

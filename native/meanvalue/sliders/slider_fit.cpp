@@ -38,10 +38,7 @@ void require_sizes(const SliderBinding& binding) {
     require_moderate(*binding.rest, "rest");
     for (std::size_t s = 0; s < binding.shapes.size(); ++s) {
         const std::string name = message("shapes[", s, "]");
-        if (binding.shapes[s]->rows() != binding.rest->rows()) {
-            throw InvalidInput(message(name, " has ", binding.shapes[s]->rows(), " vertices, but rest has ",
-                                       binding.rest->rows(), "; all must be of one mesh"));
-        }
+        require_count(name.c_str(), binding.shapes[s]->rows(), "row", binding.rest->rows(), "vertices of rest");
         require_moderate(*binding.shapes[s], name.c_str());
     }
     if (binding.anchors.empty()) throw InvalidInput("there are no anchors; give three or more vertex numbers");
