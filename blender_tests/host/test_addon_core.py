@@ -17,6 +17,7 @@ from addon.scene.core.key_shapes import KeyShapes, Slider
 from addon.scene.core.point_sets import require_finite
 from addon.solver.core import fingerprint, result
 from addon.solver.session import DeformerCache
+from native.benchmarks.rigid import rotation_about
 
 
 def square(**changes):
@@ -201,8 +202,7 @@ def bent(angle, turn=0.0):
     """(20, 3): a line along x, bent in its middle, and turned as a whole."""
     x = np.linspace(-1.0, 1.0, 20)
     points = np.stack([np.where(x < 0.0, x, x * np.cos(angle)), np.where(x < 0.0, 0.0, x * np.sin(angle)), 0.0 * x], 1)
-    rotation = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
-    return points @ rotation.T + turn
+    return points @ rotation_about((0, 0, 1), np.degrees(turn)).T + turn
 
 
 def test_the_farthest_come_first_and_those_alike_not_at_all():

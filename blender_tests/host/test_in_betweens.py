@@ -11,13 +11,13 @@ from addon.mixing.core.in_betweens import MixInput
 from addon.scene.core import motion, point_sets
 from addon.scene.core.key_shapes import Slider
 from addon.solver.job import result_of
+from native.benchmarks.rigid import rotation_about
 
 ARM = np.array([(0.5, 0.0, 0.0), (0.25, 0.0, 0.0), (0.0, 0.1, 0.0)])
 
 
 def turned(angle):
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return ARM @ np.array([(cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)])
+    return ARM @ rotation_about((0, 0, 1), math.degrees(angle)).T
 
 
 def corrections(angles):
@@ -149,8 +149,7 @@ def test_a_part_is_placed_by_its_border():
     mask = np.r_[np.zeros(6), 0.2, 0.4, 0.6, 0.8, np.ones(10)]
     at = point_sets.border(mask, edges)
     assert set(range(6, 10)) <= set(at)
-    cosine, sine = math.cos(1.0), math.sin(1.0)
-    moved = 3.0 * other @ np.array([(cosine, sine, 0.0), (-sine, cosine, 0.0), (0.0, 0.0, 1.0)]) + (1.0, -2.0, 5.0)
+    moved = 3.0 * other @ rotation_about((0, 0, 1), 60.0).T + (1.0, -2.0, 5.0)
     np.testing.assert_allclose(motion.placed(moved, rest, at), other, atol=1e-6)
 
 

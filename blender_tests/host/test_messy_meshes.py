@@ -15,6 +15,7 @@ from addon.posing.core import mesh_problems
 from addon.posing.core.bind_input import BindInput
 from addon.scene.core import welding
 from blender_tests.support import mesh_files, messy_variants, native_calls
+from native.benchmarks.rigid import rotation_about
 
 #: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
 MOST_FREE = 4000
@@ -132,10 +133,8 @@ def bent_tube(vertices, triangles, count, **options):
     """(n x 3, Deformer) of a tube of `count` vertices and whatever else, its ends turned by 40 degrees."""
     anchors = np.concatenate([np.arange(12), np.arange(count - 12, count)])
     bind_input = given(vertices, triangles, anchors, np.repeat([0, 1], 12), **options)
-    angle = np.radians(40.0)
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(angle), -np.sin(angle)], [0.0, np.sin(angle), np.cos(angle)]])
     targets = bind_input.anchor_rest.copy()
-    targets[12:] = (targets[12:] - [0.0, 0.0, 6.0]) @ turn.T + [0.0, -1.5, 5.0]
+    targets[12:] = (targets[12:] - [0.0, 0.0, 6.0]) @ rotation_about((1, 0, 0), 40.0).T + [0.0, -1.5, 5.0]
     return solved(bind_input, triangles, targets)
 
 

@@ -132,8 +132,7 @@ def test_a_part_is_posed_as_the_body(axes, soft):
 
 @pytest.mark.parametrize("axes", AXES)
 def test_the_seam_stays_in_its_planes(axes):
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, axes, three_handles)
+    _numbers, own, given = half(*body(), axes, three_handles)
     positions = bent(given) + np.array([0.2, -0.3, 0.1])
     found, _solution, _ = solved(given, own, positions)
     for plane, twin in zip(given.planes, given.twins, strict=True):
@@ -173,8 +172,7 @@ def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
 
 
 def test_what_is_not_moved_as_one_is_projected_point_by_point():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
+    _numbers, _own, given = half(*body(), (0,), three_handles)
     positions = given.anchor_rest.copy()
     top = np.flatnonzero(given.handles == 0)
     positions[top] += np.random.default_rng(2).uniform(-0.2, 0.2, (len(top), 3))
@@ -186,8 +184,7 @@ def test_what_is_not_moved_as_one_is_projected_point_by_point():
 
 
 def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    _numbers, own, given = half(*body(), (0,), three_handles)
     rest = given.rest.copy()
     seam = given.twins[0] >= 0
     rest[seam, 0] += np.float32(4e-4)
@@ -200,8 +197,7 @@ def test_a_seam_off_its_plane_is_solved_in_it_and_keeps_its_offset():
 
 
 def test_influences_are_those_of_what_is_mirrored():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles, soft=[0.6, 0.2, 0.4])
+    _numbers, _own, given = half(*body(), (0,), three_handles, soft=[0.6, 0.2, 0.4])
     weights = np.linspace(0.0, 1.0, len(given.anchors))
     whole = given.solver_mesh
     doubled = whole.weights(np.stack([weights, weights**2]))
@@ -228,8 +224,7 @@ def test_a_solve_begins_at_what_is_shown():
 
 def test_what_holds_the_images_counts():
     """Two vertices beside the plane hold four of the body."""
-    vertices, triangles = body()
-    _numbers, own, given = half(vertices, triangles, (0,), three_handles)
+    _numbers, own, given = half(*body(), (0,), three_handles)
     two = [np.array([np.argmax(given.rest[:, 2] + given.rest[:, 0]), np.argmin(given.rest[:, 2] - given.rest[:, 0])])]
     bind_input(given.rest, own, two, given.planes, given.twins).check()
     with pytest.raises(SceneError, match="2 fixed points cannot hold"):

@@ -9,6 +9,7 @@ meanvalue = pytest.importorskip("meanvalue", reason="the native module is not on
 from addon.scene.core import sample_times  # noqa: E402
 from blender_tests.support import figure_body, rings, stress  # noqa: E402
 from blender_tests.support.stress import held_bar  # noqa: E402
+from native.benchmarks.rigid import rotation_about  # noqa: E402
 
 FRAMES = 60
 CHUNK = 16
@@ -21,8 +22,7 @@ def swing(points, anchors, pieces, frames=FRAMES):
     centre = points.mean(axis=0)
     targets = np.repeat(points[anchors][None], frames, axis=0)
     for frame in range(frames):
-        angle = 0.87 * np.sin(0.12 * frame)
-        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        turn = rotation_about((0, 0, 1), 50.0 * np.sin(0.12 * frame))
         targets[frame, pieces == 1] = centre + (right - centre) @ turn.T
     return targets
 
@@ -156,8 +156,7 @@ def buckled():
     targets = np.repeat(points[anchors][None], FRAMES, axis=0)
     for frame in range(FRAMES):
         for piece, sign in ((0, 1.0), (1, -1.0)):
-            angle = sign * 0.7 * np.cos(np.pi * frame / (FRAMES - 1))
-            turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+            turn = rotation_about((0, 1, 0), sign * 40.0 * np.cos(np.pi * frame / (FRAMES - 1)))
             end = points[anchors][pieces == piece]
             centre = end.mean(axis=0)
             targets[frame, pieces == piece] = centre + (end - centre) @ turn.T + [0.0, 0.0, 0.1 * sign * length]

@@ -128,8 +128,7 @@ def test_many_vertices_in_one_place_beside_pairs_that_are_found():
 
 
 def test_planes_whose_seam_nothing_moves_are_left_out():
-    vertices, triangles = body()
-    _numbers, _own, given = half(vertices, triangles, (0,), three_handles)
+    _numbers, _own, given = half(*body(), (0,), three_handles)
     seam = given.twins[0] >= 0
     away = np.flatnonzero(given.rest[:, 0] > 0.5)
     assert whole_mesh.needed(given.planes, given.twins, ~seam, away) == (None, None)

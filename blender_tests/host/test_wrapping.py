@@ -15,6 +15,7 @@ from addon.scene.surface import Surface
 from addon.wrapping.bridge.wrapping import Wrap
 from addon.wrapping.core.wrap_input import WrapInput
 from native.benchmarks import shape_metrics
+from native.benchmarks.rigid import rotation_about
 
 
 def landmarks(points):
@@ -32,9 +33,7 @@ def landmarks(points):
 
 def turned(points, scale=0.4):
     """Somewhere else, of another size, looking another way."""
-    angle = 2.2
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-    return scale * points @ turn.T + [3.0, -1.0, 0.5]
+    return scale * points @ rotation_about((0, 0, 1), 126.0).T + [3.0, -1.0, 0.5]
 
 
 @functools.lru_cache(maxsize=1)

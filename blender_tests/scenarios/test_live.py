@@ -126,15 +126,6 @@ def test_a_handle_goes_with_its_control(status):
     assert "Side" not in obj.meanvalue.handles
 
 
-def test_a_deleted_object_is_forgotten():
-    obj, control = handles.tube()
-    other, other_control = handles.tube("Other")
-    bpy.data.objects.remove(obj)
-    move(control, (2.0, 0.0, 0.0))
-    move(other_control, (2.0, 0.0, 0.0))
-    assert np.abs(shown(other)[TOP, 0] - rest(other)[TOP, 0] - 2.0).max() < 1e-4
-
-
 def test_a_duplicate_asks_for_controls_of_its_own(status):
     obj, control = handles.tube()
     move(control, (2.0, 0.0, 0.0))

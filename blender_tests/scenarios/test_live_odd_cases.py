@@ -71,7 +71,7 @@ def test_duplicate_removed_original_gives_up_control(status):
     bpy.data.objects.remove(obj)
     update()
     move(control, (1.0, 0.0, 0.0))
-    assert status(twin)[1] is False, status(twin)
+    assert status(twin)[1] is False and follows(twin, (1, 0, 0)), status(twin)
 
 
 def test_choosing_a_control_for_an_object_scaled_to_nothing(capfd):

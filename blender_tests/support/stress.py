@@ -22,6 +22,7 @@ if __name__ == "__main__":
 import meanvalue
 
 from native.benchmarks.generated_meshes import bar, body
+from native.benchmarks.rigid import rotation_about
 
 POSES = 3
 PRODUCT_SIZE = 300  # large enough for the blocked kernels of a BLAS
@@ -64,9 +65,7 @@ def case(name, vertices, faces, *, solve=None, **options):
     centre = rest[upper].mean(axis=0)
     targets = []
     for pose in range(1, POSES + 1):
-        angle = 0.4 * pose
-        turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
-        posed = rest.copy()
+        turn, posed = rotation_about((1, 0, 0), 23.0 * pose), rest.copy()
         shift = 0.1 * pose * np.ptp(vertices[:, 0]) * np.eye(3)[pose % 3]
         posed[upper] = (rest[upper] - centre) @ turn.T + centre + shift
         targets.append(posed)
