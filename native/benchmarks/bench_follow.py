@@ -56,7 +56,7 @@ class Hand:
             self.follower.tick(self.obj)
             self.scene.evaluate()
             worked += time.perf_counter() - began_tick
-        is_drafted = self.follower._drafted() is self.follower._wanted
+        is_drafted = self.follower._drag.drafted is self.follower._wanted
         return worked, is_drafted or self.scene.is_caught_up()
 
     def shown(self):
@@ -101,7 +101,7 @@ def press(shape, size):
     for number in itertools.cycle(STEPS):
         hand.step(number)
         passed = time.perf_counter() - began
-        if first_draft is None and hand.follower._drafted() is not None:
+        if first_draft is None and hand.follower._drag.drafted is not None:
             first_draft = passed
         if hand.follower.solve_seconds > 0.0 or hand.follower.problem is not None:
             break
