@@ -29,11 +29,6 @@ def add_handle(obj, vertices, *, group="", name="", kind=ids.HANDLE_NAME):
     return handle
 
 
-def make_pin(handle):
-    handle.follows = 'REST'
-    handle.color = PIN_COLOR
-
-
 def handle_at(obj, vertex):
     """Number of the first handle that is turned on and has the vertex, or one that is merged with it, or else what is
     below it on clothes; None if none has."""
@@ -80,7 +75,7 @@ def toggle_pin(obj, vertex, size, name=""):
         controls.add_control(obj, handle, vertices, PIN_COLOR)
         handle.is_pin = True
     else:
-        make_pin(handle)
+        handle.follows, handle.color = 'REST', PIN_COLOR
     obj.update_tag()
     return f"Pin '{handle.name}' holds {wording.vertices(len(vertices))}; Shift-click it again to let go"
 

@@ -64,11 +64,6 @@ def by_weights(rest, segments, hinges=()):
     return np.maximum(factors, SOFTEST), part_of, most > FROM * total
 
 
-def freedom(factors):
-    """n float64, 0 to 1: how much of n factors is missing to those of limbs."""
-    return np.clip(1.0 - np.log(factors) / np.log(STIFF), 0.0, 1.0)
-
-
 def _bend_one_way(factors, rest, upper, lower, along, way):
     """upper, lower: n shares of a limb's halves. Writes to n `factors`, at the joint and at what the limb hangs on."""
     factors[(upper > LEAST) & (upper < 1.0 - LEAST) & (lower <= LEAST)] *= BALL

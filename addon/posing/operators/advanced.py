@@ -215,7 +215,18 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
     )
 
     def run(self, obj):
-        found, distance = _problems(obj)
+        rest = shape_keys.rest_positions(obj.data)
+        triangles, twins, copies = (
+            mesh_arrays.triangles(obj.data, rest),
+            mirrors.partners(obj, rest),
+            kept.copies(obj, rest),
+        )
+        report = places = None  # what only a binding knows, where there is one that fits the scene
+        with contextlib.suppress(SceneError):  # no handles yet, say: the mesh can be looked at all the same
+            bind_input = scene_input.gather(obj)
+            places, binding = bind_input.solver_mesh.places, session.cache.get(bind_input.fingerprint)
+            report = binding.deformer.report if binding is not None else None
+        found, distance = mesh_problems.find(rest, triangles, report, places, twins, copies)
         chosen = {kind: vertices for kind, vertices in found.items() if self.kind in {ALL, kind}}
         if not chosen:
             return f"Nothing {'unusual' if self.kind == ALL else 'of that kind'} was found on '{obj.name}'", []
@@ -226,18 +237,6 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
         names['GAP'] += f", closed by Merge Distance {distance:g}"
         counts = wording.listed(f"{names[kind]} ({len(each):,})" for kind, each in chosen.items())
         return f"{wording.vertices(len(vertices))} selected: {counts}", notes
-
-
-def _problems(obj):
-    """As mesh_problems.find(); with what only a binding knows where there is one that fits the scene."""
-    rest = shape_keys.rest_positions(obj.data)
-    triangles = mesh_arrays.triangles(obj.data, rest)
-    report = places = None
-    with contextlib.suppress(SceneError):  # no handles yet, say: the mesh can be looked at all the same
-        bind_input = scene_input.gather(obj)
-        places, binding = bind_input.solver_mesh.places, session.cache.get(bind_input.fingerprint)
-        report = binding.deformer.report if binding is not None else None
-    return mesh_problems.find(rest, triangles, report, places, mirrors.partners(obj, rest), kept.copies(obj, rest))
 
 
 class MEANVALUE_OT_copy_system_info(Reporting, bpy.types.Operator):

@@ -94,7 +94,7 @@ class MEANVALUE_OT_add_handle(MeshOperator, bpy.types.Operator):
         handle = new_handles.add_handle(obj, members, group=name, name=self.name, kind=kind)
         count = wording.vertices(len(np.unique(members)))
         if self.pin:
-            new_handles.make_pin(handle)
+            handle.follows, handle.color = 'REST', new_handles.PIN_COLOR
             message = f"Pin '{handle.name}' holds {count}"
         else:
             is_first = all(other.follows != 'CONTROL' or other == handle for other in obj.meanvalue.handles)

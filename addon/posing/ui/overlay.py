@@ -103,7 +103,7 @@ def _read(obj, stamp, positions):
     tinted, corners, freedom = _NONE, _NO_TRIANGLES, np.empty(0)
     found, of_joints = scene_input.known(obj), obj.meanvalue.show_joints
     if of_joints and found is not None and found.stiffness is not None:
-        freedom = joints.freedom(found.stiffness)
+        freedom = np.clip(1.0 - np.log(found.stiffness) / np.log(joints.STIFF), 0.0, 1.0)  # what limbs have more
     elif not of_joints and obj.meanvalue.roi_group in obj.vertex_groups:
         copies = kept.copies(obj, rest)
         freedom = scene_input.effective_region(region.known_weights(obj, 1.0), copies, twins)
