@@ -1,10 +1,10 @@
-#include "meanvalue/encoding/mean_value_weights.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 #include <random>
+
+#include "meanvalue/encoding/ring_encoder.h"
 
 namespace meanvalue::tests {
 namespace {

@@ -16,13 +16,6 @@ namespace {
 // not depend on it.
 constexpr int kMostWithoutCores = 8;
 
-void run_pieces(Index begin, Index end, const Execution& execution, const std::function<void(Index, Index)>& body) {
-    for (Index first = begin; first < end; first += std::min(kPiece, end - first)) {
-        execution.check();
-        body(first, first + std::min(kPiece, end - first));
-    }
-}
-
 }  // namespace
 
 int thread_count(int requested) {
@@ -51,13 +44,7 @@ void run_workers(int workers, const std::function<void(int)>& body) {
 
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index, Index)>& body) {
-    const int workers = std::min<int>(threads, count / kPiece);
-    if (workers <= 1) {
-        run_pieces(0, count, execution, body);
-        return;
-    }
-    const auto share = [&](int k) { return static_cast<Index>(std::int64_t{count} * k / workers); };
-    run_workers(workers, [&](int worker) { run_pieces(share(worker), share(worker + 1), execution, body); });
+    parallel_pieces(count, threads, execution, [&](Index, Index begin, Index end) { body(begin, end); });
 }
 
 Index piece_count(Index count) {

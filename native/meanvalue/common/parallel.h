@@ -21,9 +21,7 @@ constexpr Index kPiece = 1024;
 /// Calls body(begin, end) on consecutive pieces that together cover [0, count).
 ///
 /// Results are the same for any number of threads as long as each call writes only what belongs to its own
-/// piece. Small loops run on the calling thread. The first exception (in order of pieces) is thrown again
-/// on the calling thread once all threads have stopped. Checks for cancellation between pieces.
-/// @param threads as given by thread_count().
+/// piece. @param threads as given by thread_count(). @throws as parallel_items().
 void parallel_for(Index count, int threads, const Execution& execution,
                   const std::function<void(Index begin, Index end)>& body);
 

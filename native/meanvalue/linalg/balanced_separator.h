@@ -11,9 +11,7 @@ namespace meanvalue {
 
 enum class Side : std::uint8_t { kLeft, kRight, kBetween };
 
-/// Cuts the graph where it is thin between two of its ends, then exchanges parts of the separator for fewer
-/// neighbours as long as there are such (J. W. H. Liu, A graph partitioning algorithm by node separators, ACM Trans.
-/// Math. Softw. 15, 1989).
+/// Cuts the graph where it is thin between two of its ends.
 /// @param graph connected, of two vertices or more. Best where the last vertex is far from the first, as in
 /// breadth-first order.
 /// @return the side of each vertex, kBetween for those of the separator; no edge joins left and right.

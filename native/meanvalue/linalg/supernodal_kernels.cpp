@@ -4,10 +4,6 @@
 #include <cstdint>
 #include <cstring>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
 #include "meanvalue/linalg/simd_lanes.h"
 
 namespace meanvalue {
@@ -214,18 +210,5 @@ SupernodeKernels<Number> supernode_kernels(InstructionSet instructions) {
 
 template SupernodeKernels<float> supernode_kernels(InstructionSet);
 template SupernodeKernels<double> supernode_kernels(InstructionSet);
-
-#if defined(__x86_64__)
-FlushDenormals::FlushDenormals() : before_(_mm_getcsr()) {
-    constexpr unsigned kFlushResultsAndOperands = 0x8040;
-    _mm_setcsr(before_ | kFlushResultsAndOperands);
-}
-FlushDenormals::~FlushDenormals() {
-    _mm_setcsr(before_);
-}
-#else
-FlushDenormals::FlushDenormals() = default;
-FlushDenormals::~FlushDenormals() = default;
-#endif
 
 }  // namespace meanvalue

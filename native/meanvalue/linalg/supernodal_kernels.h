@@ -75,17 +75,4 @@ struct SupernodeKernels {
 template <typename Number>
 SupernodeKernels<Number> supernode_kernels(InstructionSet instructions);
 
-/// Numbers too small for a normal float count as zero on this thread while it lives: what decays away from a handle
-/// ends in them, and they take a hundred times as long.
-class FlushDenormals {
-  public:
-    FlushDenormals();
-    ~FlushDenormals();
-    FlushDenormals(const FlushDenormals&) = delete;
-    FlushDenormals& operator=(const FlushDenormals&) = delete;
-
-  private:
-    unsigned before_ = 0;
-};
-
 }  // namespace meanvalue

@@ -5,7 +5,6 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/optimise/line_search.h"
 
 namespace meanvalue {
 namespace {

@@ -7,7 +7,7 @@
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/linalg/procrustes.h"
-#include "meanvalue/optimise/line_search.h"
+#include "meanvalue/optimise/lbfgs.h"
 #include "meanvalue/paper/gauss_newton_system.h"
 
 namespace meanvalue {

@@ -17,10 +17,6 @@ DeformationEnergy::DeformationEnergy(const Encoding& encoding, const Unknowns& u
       kernel_(energy_kernel(instructions)),
       rows_(build_energy_blocks(encoding, unknowns, cells, size, by_length,
                                 soft_constraints_.hardness(unknowns.number.size()), stiffness, threads, execution)) {
-    index_uses(execution);
-}
-
-void DeformationEnergy::index_uses(const Execution& execution) {
     uses_ = grouped<Index>(unknowns_.free.size(), [&](const auto& visit) {
         execution.check();
         for (std::size_t point = 0; point < rows_.points.size(); ++point) {

@@ -94,7 +94,6 @@ class DeformationEnergy {
     const SoftConstraints& soft_constraints() const { return soft_constraints_; }
 
   private:
-    void index_uses(const Execution& execution);
     double evaluate_block(const EnergyBlocks& rows, std::size_t block, const PositionsView& positions,
                           double stretching, bool holds_normals, PaddedPoint* shares,
                           Workspace::Scratch& scratch) const;

@@ -236,8 +236,6 @@ void scale_weights(const Encoding& encoding, const Unknowns& unknowns, double si
     }
 }
 
-}  // namespace
-
 /// Next to sharp tips and in slivers the ring's normal rotates, or lengths change, with every small move. The initial
 /// Hessian knows the weights alone, (I - W), and some dozen such rows in a model would shorten every step of the
 /// whole. With N_k = dF_i/dv_k - w_k I, which sum to zero, |sum_k N_k (u_k - u_i)|^2 <= (sum_k |N_k|) sum_k |N_k|
@@ -278,6 +276,8 @@ std::vector<HessianSpring> hessian_springs(const Encoding& encoding, const Unkno
         springs.insert(springs.end(), of_piece.begin(), of_piece.end());
     return springs;
 }
+
+}  // namespace
 
 EnergyBlocks build_energy_blocks(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
                                  double size, double by_length, const std::vector<double>& hardness,

@@ -50,12 +50,6 @@ struct EnergyBlocks {
     }
 };
 
-/// By row, then by place. @param cells at rest, of the encoding; @param bending a_i of each row.
-/// The same for any number of threads. @throws Cancelled. Cost: linear.
-std::vector<HessianSpring> hessian_springs(const Encoding& encoding, const Unknowns& unknowns, const RestCells& cells,
-                                           const std::vector<double>& bending, int threads,
-                                           const Execution& execution);
-
 /// @param cells of the encoding; @param size D, in the same units.
 /// @param by_length from 0 to 1, the exponent of all weights of rows: at 1 a_i = h^2 / h_i^2, and rows that are
 /// curved at rest count more in the second sum; at 0 all are alike.

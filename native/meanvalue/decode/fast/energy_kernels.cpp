@@ -134,7 +134,6 @@ MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coeffic
         rest[k] = spokes[k] - rotation * rest[k];
 }
 
-template <bool kStretching>
 MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
                                      double stretching, bool holds_normals, KernelScratch& scratch,
                                      PaddedPoint* gradient) {
@@ -159,36 +158,35 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
     LaneVector by_centre = lanes(batch.bending) * residual;
     Lane energy = lanes(batch.bending) * dot(residual, residual);
     LaneVector previous = ring[valence - 1];
-    if constexpr (!kStretching) {
-        for (Index k = 0; k < valence; ++k) {
-            const LaneVector& next = ring[k + 1 == valence ? 0 : k + 1];
-            add_to(gradient, vertices[k].vertex, pull_back(back, bending[k], directions[k], previous, ring[k], next));
-            previous = ring[k];
-        }
-    } else {
-        const StretchingLanes* coefficients = rings.stretching + batch.first;
+    const StretchingLanes* coefficients = rings.stretching + batch.first;
+    LaneVector* const strains = lane_vectors(scratch.array(3, valence));
+    const bool is_stretched = stretching > 0.0;
+    const Lane factor = all_lanes(stretching);
+    LaneVector rim_before{};
+    if (is_stretched) {
         LaneVector* const spokes = lane_vectors(scratch.array(2, valence));
-        LaneVector* const strains = lane_vectors(scratch.array(3, valence));
         const EdgeLanes* edges = rings.edges + batch.first;
         for (Index k = 0; k < valence; ++k) {
             spokes[k] = own - ring[k];
             strains[k] = {lanes(edges[k].x), lanes(edges[k].y), lanes(edges[k].z)};
         }
         find_strains(valence, coefficients, spokes, strains);
-        const Lane factor = all_lanes(stretching);
-        LaneVector rim_before = (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
-        for (Index k = 0; k < valence; ++k) {
-            const Index after = k + 1 == valence ? 0 : k + 1;
+        rim_before = (factor * lanes(coefficients[valence - 1].rim)) * (strains[valence - 1] - strains[0]);
+    }
+    for (Index k = 0; k < valence; ++k) {
+        const Index after = k + 1 == valence ? 0 : k + 1;
+        LaneVector pulled = pull_back(back, bending[k], directions[k], previous, ring[k], ring[after]);
+        if (is_stretched) {
             const LaneVector rim_strain = strains[k] - strains[after];
             const LaneVector by_spoke = (factor * lanes(coefficients[k].spoke)) * strains[k];
             const LaneVector by_rim = (factor * lanes(coefficients[k].rim)) * rim_strain;
             energy += dot(by_spoke, strains[k]) + dot(by_rim, rim_strain);
             by_centre += by_spoke;
-            const LaneVector bent = pull_back(back, bending[k], directions[k], previous, ring[k], ring[after]);
-            add_to(gradient, vertices[k].vertex, bent - by_spoke - by_rim + rim_before);
+            pulled = pulled - by_spoke - by_rim + rim_before;
             rim_before = by_rim;
-            previous = ring[k];
         }
+        add_to(gradient, vertices[k].vertex, pulled);
+        previous = ring[k];
     }
     if (steep != nullptr) {
         for (Index k = 0; k < valence; ++k)
@@ -202,13 +200,8 @@ MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const Rin
                                  const PaddedPoint* positions, double stretching, bool holds_normals,
                                  KernelScratch& scratch, PaddedPoint* gradient) {
     Lane sum{};
-    if (stretching > 0.0) {
-        for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<true>(batches[b], rings, positions, stretching, holds_normals, scratch, gradient);
-    } else {
-        for (Index b = 0; b < count; ++b)
-            sum += evaluate_batch<false>(batches[b], rings, positions, stretching, holds_normals, scratch, gradient);
-    }
+    for (Index b = 0; b < count; ++b)
+        sum += evaluate_batch(batches[b], rings, positions, stretching, holds_normals, scratch, gradient);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 

@@ -1,6 +1,7 @@
 // DeformationEnergy::initial_hessian(), column by column.
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/decode/fast/deformation_energy.h"
@@ -171,33 +172,23 @@ SparseMatrix matrix_of(const HessianColumns& columns, const std::vector<Index>& 
                        int threads, const Execution& execution) {
     // Found and copied in parts, none of which is so large that it is slow to grow or to free.
     const auto size = static_cast<Index>(vertices.size());
-    const Index part_count = (size + kPiece - 1) / kPiece;
-    const int workers = std::max(1, std::min<int>(threads, part_count));
-    const auto for_each_part = [&](int worker, const auto& visit) {
-        const auto first_of = [&](int k) { return static_cast<Index>(std::int64_t{part_count} * k / workers); };
-        for (Index part = first_of(worker); part < first_of(worker + 1); ++part) {
-            execution.check();
-            visit(part, part * kPiece, std::min(size, (part + 1) * kPiece));
-        }
-    };
     SparseMatrix matrix(static_cast<Eigen::Index>(row_count), size);
     std::int64_t* const starts = matrix.outerIndexPtr();
-    std::vector<Columns> parts(part_count);
-    run_workers(workers, [&](int worker) {
-        HessianColumns::Scratch scratch(row_count);
-        for_each_part(worker, [&](Index part, Index begin, Index end) {
-            parts[part] = columns.columns(vertices, begin, end, starts + begin + 1, scratch);
-        });
+    std::vector<Columns> parts(piece_count(size));
+    std::vector<std::optional<HessianColumns::Scratch>> scratch(std::max(1, threads));
+    parallel_items(parts.size(), threads, execution, [&](int worker, std::size_t part) {
+        if (!scratch[worker]) scratch[worker].emplace(row_count);
+        const auto begin = static_cast<Index>(part) * kPiece;
+        parts[part] =
+            columns.columns(vertices, begin, std::min(size, begin + kPiece), starts + begin + 1, *scratch[worker]);
     });
     starts[0] = 0;
     std::partial_sum(starts, starts + size + 1, starts);
     matrix.resizeNonZeros(starts[size]);
-    run_workers(workers, [&](int worker) {
-        for_each_part(worker, [&](Index part, Index begin, Index) {
-            const Columns found = std::move(parts[part]);
-            std::copy(found.rows.begin(), found.rows.end(), matrix.innerIndexPtr() + starts[begin]);
-            std::copy(found.values.begin(), found.values.end(), matrix.valuePtr() + starts[begin]);
-        });
+    parallel_pieces(size, threads, execution, [&](Index part, Index begin, Index) {
+        const Columns found = std::move(parts[part]);
+        std::copy(found.rows.begin(), found.rows.end(), matrix.innerIndexPtr() + starts[begin]);
+        std::copy(found.values.begin(), found.values.end(), matrix.valuePtr() + starts[begin]);
     });
     return matrix;
 }
