@@ -10,8 +10,8 @@
 #include "bindings/task.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/sequence/run_plan.h"
 #include "meanvalue/sequence/sequence.h"
-#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue::bindings {
 namespace {

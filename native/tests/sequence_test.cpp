@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/errors.h"
 #include "meanvalue/sequence/run_plan.h"
-#include "meanvalue/sequence/snaps.h"
 #include "meshes.h"
 
 namespace meanvalue::tests {

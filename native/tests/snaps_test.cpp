@@ -1,5 +1,3 @@
-#include "meanvalue/sequence/snaps.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "meanvalue/common/errors.h"
+#include "meanvalue/sequence/run_plan.h"
 
 namespace meanvalue {
 namespace {

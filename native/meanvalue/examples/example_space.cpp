@@ -1,14 +1,15 @@
 #include "meanvalue/examples/example_space.h"
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <limits>
+#include <queue>
+#include <utility>
 
 #include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/ring_encoder.h"
 #include "meanvalue/linalg/closest_rotation.h"
-#include "meanvalue/mesh/surface_ways.h"
 
 namespace meanvalue {
 namespace {
@@ -36,18 +37,29 @@ Matrix3 rotation_onto(const Vector3* from, const Vector3* to, const double* weig
     return closest_rotation(covariance);
 }
 
-SurfaceWays ways_along(const Encoding& layout, const PositionsView& positions, const Execution& execution) {
-    std::vector<Index> ends;
-    for (Index v = 0; v < layout.vertex_count(); ++v) {
-        const EncodedRing ring = layout.ring_of(v);
+/// Distances along edges from `source` (Dijkstra 1959); in a straight line to vertices that no edges lead to.
+Eigen::ArrayXd distances_from(Index source, const Encoding& layout, const PositionsView& positions,
+                              const Execution& execution) {
+    Eigen::ArrayXd distance = Eigen::ArrayXd::Constant(positions.rows(), kFar);
+    using Entry = std::pair<double, Index>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    distance[source] = 0.0;
+    queue.emplace(0.0, source);
+    for (std::size_t step = 0; !queue.empty(); ++step) {
+        execution.check_every(step);
+        const auto [here, vertex] = queue.top();
+        queue.pop();
+        if (here > distance[vertex]) continue;
+        const EncodedRing ring = layout.ring_of(vertex);
         for (Index k = 0; k < ring.valence; ++k) {
-            if (v < ring.ring[k] || layout.ring_of(ring.ring[k]).valence == 0)
-                ends.insert(ends.end(), {v, ring.ring[k]});
+            const Index next = ring.ring[k];
+            const double there = here + (positions.row(vertex) - positions.row(next)).norm();
+            if (!(there < distance[next])) continue;
+            distance[next] = there;
+            queue.emplace(there, next);
         }
     }
-    const auto count = static_cast<Eigen::Index>(ends.size() / 2);
-    return {positions, Eigen::Map<const SurfaceWays::Edges>(ends.data(), count, 2), Triangles(0, 3), 0.0, 1,
-            execution};
+    return distance.isFinite().select(distance, (positions.rowwise() - positions.row(source)).rowwise().norm());
 }
 
 }  // namespace
@@ -55,17 +67,13 @@ SurfaceWays ways_along(const Encoding& layout, const PositionsView& positions, c
 SurfaceFunctions::SurfaceFunctions(const Encoding& layout, const PositionsView& positions,
                                    const Execution& execution) {
     if (positions.rows() == 0) return;
-    const SurfaceWays ways = ways_along(layout, positions, execution);
     Eigen::ArrayXd nearest = (positions.rowwise() - mean_row(positions).transpose()).rowwise().norm();
     Eigen::ArrayXd second = Eigen::ArrayXd::Constant(positions.rows(), kFar);
-    std::vector<Eigen::ArrayXd> distances;  // from each center; in a straight line to where no edges lead
+    std::vector<Eigen::ArrayXd> distances;  // from each center
     for (Eigen::Index center = 0; count < kFunctions; ++count) {
         execution.check();
         if (!(nearest.maxCoeff(&center) > 0.0) && count > 0) break;
-        const std::vector<double> along = ways.distances({static_cast<Index>(center)}, kFar);
-        const Eigen::ArrayXd straight = (positions.rowwise() - positions.row(center)).rowwise().norm();
-        const Eigen::Map<const Eigen::ArrayXd> found(along.data(), positions.rows());
-        distances.emplace_back(found.isFinite().select(found, straight));
+        distances.push_back(distances_from(static_cast<Index>(center), layout, positions, execution));
         if (count > 0) second = second.min(nearest.max(distances.back()));
         nearest = count > 0 ? nearest.min(distances.back()).eval() : distances.back();
     }

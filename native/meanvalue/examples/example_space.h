@@ -14,7 +14,7 @@
 namespace meanvalue {
 
 /// Smooth functions over a surface that sum to one: what weights that vary slowly over a mesh are made of. Bells of
-/// the distance over the surface from vertices far from each other, divided by their sum.
+/// the distance along edges from vertices far from each other, divided by their sum.
 struct SurfaceFunctions {
     struct Value {
         Index function;

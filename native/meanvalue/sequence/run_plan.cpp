@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "meanvalue/common/errors.h"
-#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue {
 namespace {

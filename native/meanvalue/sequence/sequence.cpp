@@ -12,7 +12,6 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/deform/bound_mesh.h"
 #include "meanvalue/sequence/run_plan.h"
-#include "meanvalue/sequence/snaps.h"
 
 namespace meanvalue {
 namespace {

@@ -1,9 +1,9 @@
-#include "meanvalue/sequence/snaps.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "meanvalue/sequence/run_plan.h"
 
 namespace meanvalue {
 namespace {
