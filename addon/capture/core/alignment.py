@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InvalidMotionError
 from ...scene.core import motion
-from ...scene.core.motion import nearest_rotations, turns_between
+from ...scene.core.motion import nearest_rotations, turns_between, unit
 from . import facing
 from . import landmarks as places
 from .body import Body
@@ -18,8 +18,8 @@ from .body import Body
 TRIMMED = 0.65
 #: Meters from a marker's center to the skin.
 MARKER_RADIUS = 0.007
-#: How much markers of arms count, and of legs of who sits or crouches: nobody holds them alike.
-LIMBS = 0.3
+#: How much markers of arms count, and of legs of who sits, crouches or has a foot so far ahead (over the height).
+LIMBS, STEP = 0.3, 0.08
 #: Points of the body that the search looks at first, from every start, and its rounds on them; then on all.
 FEW, ROUNDS, FINER_ROUNDS = 1500, 8, 30
 #: Difference of heights of two landmarks on one part that tells its length. Who is less tall than BENT times what the
@@ -128,9 +128,12 @@ class _Fit:
         self._is_trunk = (heights > 0.5) & (heights < 0.6)
         self._scale, self._base, allowed = _scale_by_heights(markers, names, heights, body.height)
         is_limb = np.array([bool(name) and name.split(".")[0] in places.ARM for name in names])
-        self._weights = np.where(is_limb | ((heights < 0.5) & (allowed == SCALE_BENT)), LIMBS, 1.0)
-        self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         looks, feet = facing.forward(markers, names), _feet_point(body)
+        ahead = markers[:, :2] @ (np.zeros(2) if looks is None else unit(looks))
+        step = np.ptp([ahead[foot].mean() for foot in places.feet(names).values()] or [0.0])
+        stands = allowed != SCALE_BENT and step * self._scale < STEP * body.height
+        self._weights = np.where(is_limb | ((heights < 0.5) & (not stands)), LIMBS, 1.0)
+        self._scales = self._scale * (1.0 - allowed), self._scale * (1.0 + allowed)
         #: Angle about Z that has the markers look as the mesh's feet point, or None.
         self._turned = None
         if looks is not None and feet is not None:

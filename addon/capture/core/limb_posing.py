@@ -49,14 +49,19 @@ class Limb:
         beyond = self._markers[self._end].mean(axis=0) - middle if self._fore else middle - self._joint
         return bool(unit(beyond) @ unit(middle - self._joint) < BENT)
 
-    def posed(self, tip, is_stretched):
-        """(m, 3): the reference with the limb on its skin. tip (3,): the end of that."""
-        posed = self._markers.copy()
+    def posed(self, tip, is_stretched, ways=None):
+        """(m, 3): the reference on its skin, with its end at tip (3,). ways (2, 3): where a foot points and is to."""
+        posed, is_rolled = self._markers.copy(), is_stretched and ways is not None and ways.any(axis=1).all()
         if is_stretched and self._fore:  # what is beyond the elbow is turned on in line with the upper arm
             elbow = posed[self._middle].mean(axis=0)
-            beyond = posed[self._fore] - elbow
             turn = turns_between(posed[self._end].mean(axis=0) - elbow, elbow - self._joint)
-            posed[self._fore] = elbow + beyond @ turn.T
+            posed[self._fore] = elbow + (posed[self._fore] - elbow) @ turn.T
+            if is_rolled:
+                axis = unit(tip - self._joint)
+                first = turns_between(elbow - self._joint, axis)
+                points = np.stack([first @ turn @ ways[0], ways[1]])
+                whole = turns_between(*(points - np.outer(points @ axis, axis))) @ first
+                posed[self.numbers] = self._joint + (posed[self.numbers] - self._joint) @ whole.T
         k = np.arange(DIRECTIONS) + 0.5
         z, angle = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
         directions = np.stack([np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z], axis=1)
@@ -69,8 +74,9 @@ class Limb:
         posed[self.numbers] = self._joint + around @ turns[costs.argmin()].T
         for numbers in filter(None, (self.numbers, self._fore) * 2):
             pivot = self._joint if numbers is self.numbers else posed[self._middle].mean(axis=0)
-            posed[numbers] = self._settled(self._rolled(posed[numbers], numbers, pivot), numbers, pivot)
-        return self._part_by_part(posed) if is_stretched and self._fore else posed
+            rolled = posed[numbers] if is_rolled else self._rolled(posed[numbers], numbers, pivot)
+            posed[numbers] = self._settled(rolled, numbers, pivot)
+        return self._part_by_part(posed) if ways is None and self._fore else posed
 
     def _part_by_part(self, posed):
         """The best of `posed` and of what comes of it where the upper part turns by itself, and the other goes along:
@@ -100,10 +106,10 @@ class Limb:
         points[self._upper] = upper
         points[self._fore] += points[self._middle].mean(axis=0) - before
 
-    def foot(self, captured, posed, foot, ankle):
-        """(k, 3): the markers `foot` of `posed` as flat as in `captured`, turned about the upright axis alone."""
+    def foot(self, posed, foot, ankle):
+        """(k, 3): the markers `foot` of `posed` as flat as in the reference, turned about the upright axis alone."""
         pivot = posed[ankle].mean(axis=0)
-        level = pivot + captured[foot] - captured[ankle].mean(axis=0)
+        level = pivot + self._markers[foot] - self._markers[ankle].mean(axis=0)
         return self._settled(level, foot, pivot, (0.0, 0.0, 1.0))
 
     def _rolled(self, points, numbers, pivot):
@@ -194,7 +200,7 @@ def posed_and_actor(markers, landmarks, body):
             is_leg = ((body.points - hips.mean(axis=0)) @ out > 0.0) & (body.above < LEGS)
             ahead = np.cross(_level(hips[1] - hips[0]), [0.0, 0.0, -1.0])
             faces = None if body.is_for_joints else facing.of_limb(landmarks, facing.LEG, out, ahead)
-            _pose_leg(result, landmarks, side, hips[number], body, is_leg, faces)
+            _pose_leg(result, landmarks, side, hips[number], body, is_leg, faces, ahead)
     return result, proportions.moved(result, landmarks, body, crotch, proportions.CROTCH)
 
 
@@ -250,17 +256,18 @@ def _along_from(seeds, points, reach):
     return found
 
 
-def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces):
-    """Turns the markers of one leg, then of its foot, where they lie better then."""
+def _pose_leg(markers, landmarks, side, hip, body, is_leg, faces, ahead):
+    """Turns the markers of one leg, then of its foot, where they lie better then. ahead (3,): where the feet point."""
     skin = body.points[is_leg]
     limb = _limb(markers, landmarks, side, LEG, hip, body, is_leg, faces)
     if limb:
         foot, ankle = (_numbers(landmarks, side, names) for names in FOOT)
-        captured = markers.copy()
-        is_bent = limb.is_bent()
-        _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_stretched=is_bent))
-        if foot and ankle and captured[foot, 2].mean() < captured[ankle, 2].mean():  # else the leg is held up
-            markers[foot] = limb.foot(captured, markers, foot, ankle)
+        is_bent, is_up = limb.is_bent(), not (foot and ankle and markers[foot, 2].mean() < markers[ankle, 2].mean())
+        toes, heel = (markers[_numbers(landmarks, side, (name,))] for name in ("toe", "heel"))
+        points = toes.mean(axis=0) - heel.mean(axis=0) if len(toes) and len(heel) else 0.0 * ahead
+        _keep_better(markers, limb, limb.posed(_end(skin, -skin[:, 2]), is_bent, np.stack([points, ahead])))
+        if not is_up:
+            markers[foot] = limb.foot(markers, foot, ankle)
             if is_bent:  # stretched it stands; how long it is then is told by no skin
                 above = heights_of([landmarks[k] for k in foot]).mean() * body.height
                 markers[limb.numbers, 2] += body.ground + above - markers[foot, 2].mean()
