@@ -121,6 +121,8 @@ std::vector<Side> balanced_separator(const Graph& graph, const Execution& execut
     };
     for (auto v = line.vertices.begin(); v != end; ++v)
         if (touches(*v, Side::kRight)) sides[*v] = Side::kBetween;
+    // Where all of the left is between, as in a clique, none of it may go: the part would be as large as before.
+    if (std::find(sides.begin(), sides.end(), Side::kLeft) == sides.end()) return sides;
     for (auto v = end; v-- != line.vertices.begin();)
         if (sides[*v] == Side::kBetween && !touches(*v, Side::kLeft)) sides[*v] = Side::kRight;
     return sides;
