@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes the animation of the handles, or whatever else shapes the mesh (rooms.Bakeable), and takes that back."""
 
-import json
-
 import bpy
-import numpy as np
 from bpy.props import BoolProperty
 
 from .. import wording
@@ -118,20 +115,6 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
         options = properties.chosen(self, obj.meanvalue.bake, properties.OPTIONS)
         options.confirm = self.confirm
         return options
-
-
-class MEANVALUE_OT_select_worst(MeshOperator, bpy.types.Operator):
-    """Go to the frame where bones are off most, and select the vertices that are off by more than half of that"""
-
-    bl_label = "Select Worst Vertices"
-    problems = (lambda obj: None if obj.meanvalue.baked.worst else f"'{obj.name}' is not baked to bones",)
-
-    def run(self, obj):
-        frame, vertices = json.loads(obj.meanvalue.baked.worst)
-        for each, chosen in ((obj.data.polygons, []), (obj.data.edges, []), (obj.data.vertices, vertices)):
-            each.foreach_set("select", np.isin(range(len(each)), chosen))
-        bpy.context.scene.frame_set(int(frame))
-        return f"Selected {wording.vertices(len(vertices))}, as Edit Mode shows", []
 
 
 class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):

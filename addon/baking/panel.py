@@ -7,7 +7,7 @@ from ..scene import subject
 from ..scene.baked import TO_BONES, TO_CACHE, TO_KEYS
 from ..widgets.panels import PanelPart, column_of_settings, draw_main_button, draw_range, draw_wrapped
 from .bridge import preparing
-from .operators import MEANVALUE_OT_bake, MEANVALUE_OT_select_worst, MEANVALUE_OT_unbake
+from .operators import MEANVALUE_OT_bake, MEANVALUE_OT_unbake
 
 
 class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
@@ -38,7 +38,8 @@ def draw_top(layout, context, obj):
     layout.label(text="A bake plays", icon='PLAY')
     draw_wrapped(layout, context, record.note)
     if record.worst:
-        layout.operator(MEANVALUE_OT_select_worst.bl_idname, icon='RESTRICT_SELECT_OFF')
+        row = layout.operator("meanvalue.select_problems", text="Select Worst Vertices", icon='RESTRICT_SELECT_OFF')
+        row.kind = 'BAKED'
     layout.operator(MEANVALUE_OT_unbake.bl_idname, icon='X')
     if obj.meanvalue.handles:
         layout.operator(MEANVALUE_OT_unbake.bl_idname, text="Keep Bake, Remove Handles").keep_bake = True

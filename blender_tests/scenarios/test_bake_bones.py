@@ -51,7 +51,8 @@ def test_bones_show_what_was_found_and_go_again(part, monkeypatch, tmp_path, sou
     exact = np.einsum("nb,fbij,nj->fni", weights, found[0].transforms[:, :, :3], places) / weights.sum(axis=1)[:, None]
     assert np.linalg.norm(played(obj, times) - exact, axis=2).max() < 1e-5 * size
     assert np.linalg.norm(exact - shown, axis=2).max() < 0.02 * size < np.ptp(shown, axis=0).max()
-    assert bpy.ops.meanvalue.select_worst() == {'FINISHED'}
+    assert bpy.ops.meanvalue.select_problems(kind='BAKED') == {'FINISHED'}
+    bpy.ops.object.mode_set(mode='OBJECT')
     off, selected = found[0].errors, [vertex.index for vertex in obj.data.vertices if vertex.select]
     assert selected == np.flatnonzero(off[bpy.context.scene.frame_current - 1] > 0.5 * off.max()).tolist() != []
     bpy.ops.ed.undo()

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the handles are over time, whatever moves them: as of a rooms.Bakeable."""
 
+import json
+
 import numpy as np
 
 from ...errors import SceneError, require_none
 from ...posing.bridge import examples, targets
 from ...posing.bridge.scene_input import Posing
-from ...scene import baked, frames, key_marks, pose_key, rig_space, vertex_groups, views
+from ...scene import actions, baked, frames, key_marks, pose_key, rig_space, vertex_groups, views
 from ...scene.core.key_shapes import KeyShapes
 from .clips import HandleClip
 
@@ -28,9 +30,18 @@ def row(obj, bind_input):
     places, _held_back = targets.within_reach(obj, bind_input, placed)
     handles = np.column_stack([places, targets.influences(obj, bind_input)])
     keys, fading = obj.data.shape_keys, pose_key.replacing(obj)
-    values = {**dict(rig_space.sliders(obj)), **{key.name: key.value for key in fading if not key.mute}}
+    off = json.loads(obj.meanvalue.baked.muted or "{}")  # by the last bake, until this one is done
+    shown = {*fading, *key_marks.of_role(keys, key_marks.Role.KEPT)} if keys else ()
+    kept = {key.name: _value(key, off) for key in shown if key.name in off or (key in fading and not key.mute)}
+    values = {**dict(rig_space.sliders(obj)), **kept}
     beside = [values.get(key.name, 0.0) for key in keys.key_blocks] if keys else []
-    return np.concatenate([handles.ravel(), [1.0 - np.clip(sum(key.value for key in fading), 0.0, 1.0)], beside])
+    return np.concatenate([handles.ravel(), [1.0 - np.clip(sum(_value(key, off) for key in fading), 0.0, 1.0)], beside])
+
+
+def _value(key, off):
+    """What it shows but for a bake, which has told in `off` what it turned off."""
+    is_moved = actions.driver_of(key) or len(actions.read_keys(key.id_data, key.path_from_id("value"))[0])
+    return key.value if is_moved or not isinstance(off, dict) else off.get(key.name, key.value)
 
 
 def clip(obj, bind_input, rows, times, portable=False, target=baked.TO_CACHE):

@@ -110,7 +110,7 @@ def mirror(obj, keys):
                 if actions.source_of(own) == path and bpy.utils.flip_name(own.name) != own.name:
                     along.drive(_mirrored(other, own)[0], pairs[key])
         pose = pose_of(key)
-        images = _images(obj, pose)
+        images = _images(obj, pose) if rig_space.armature(obj) is not None else {}
         alone.update(pose.keys() - images)
         if images:
             store(obj, pairs[key], dict(images.values()))

@@ -19,6 +19,7 @@ KINDS = (
     ('FLIPPED', "Flipped Faces", "Neighboring faces that look to opposite sides"),
     ('FIN', "More Than Two Faces", "Edges that more than two faces share, and those of faces that are there twice"),
     ('UNPAIRED', "Unpaired", "Vertices without a mirror image across the axis of Symmetric"),
+    ('BAKED', "Off as Baked", "Where bones are off by over half their largest error, at its frame, after Bake"),
 )
 
 

@@ -3,6 +3,7 @@
 handles or a shape key; what is messy about it; and what a report of a bug should say, without names and paths."""
 
 import contextlib
+import json
 import platform
 
 import bpy
@@ -227,6 +228,10 @@ class MEANVALUE_OT_select_problems(MeshOperator, bpy.types.Operator):
             places, binding = bind_input.solver_mesh.places, session.cache.get(bind_input.fingerprint)
             report = binding.deformer.report if binding is not None else None
         found, distance = mesh_problems.find(rest, triangles, report, places, twins, copies)
+        if self.kind == 'BAKED' and obj.meanvalue.baked.worst:
+            frame, vertices = json.loads(obj.meanvalue.baked.worst)
+            found['BAKED'] = [vertex for vertex in vertices if vertex < len(rest)]  # some may be deleted by now
+            bpy.context.scene.frame_set(int(frame))
         chosen = {kind: vertices for kind, vertices in found.items() if self.kind in {ALL, kind}}
         if not chosen:
             return f"Nothing {'unusual' if self.kind == ALL else 'of that kind'} was found on '{obj.name}'", []

@@ -16,7 +16,7 @@ from mathutils import Quaternion, Vector
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import actions, pose_key, rig_space, shape_keys, subject
+from ...scene import actions, key_marks, pose_key, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 from ..bridge import key_poses
 from ..bridge.key_poses import BEFORE_BANDS, LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
@@ -134,14 +134,14 @@ def _key(obj):
 
 
 def _problem(obj):
-    return None if _key(obj) else "There is no kept pose. Press Keep Pose, or choose a shape key"
+    is_there = _key(obj) or key_marks.of_role(obj.data.shape_keys, key_marks.Role.KEPT)
+    return None if is_there else "There is no kept pose. Press Keep Pose, or choose a shape key"
 
 
-def _driver_problem(obj):
+def _driver_problem(obj, key):
     """Why the kept pose takes no driver, in words, or None."""
     if rig_space.armature(obj) is None:
         return f"'{obj.name}' follows no armature, whose bones could drive the pose"
-    key = _key(obj)
     if not actions.driver_of(key) or is_driven(key):
         return None
     return f"Shape key '{key.name}' is driven already. To replace that, delete its driver first"
@@ -211,10 +211,10 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         return super().description(context, properties) or item.description
 
     def invoke(self, context, _event):
-        problem = _driver_problem(subject.of(context))
-        if self.remove or self.does != 'DRIVE' or problem:
+        obj = subject.of(context)
+        if self.remove or self.does != 'DRIVE' or not _key(obj) or _driver_problem(obj, _key(obj)):
             return self.execute(context)
-        follow_bones(subject.of(context))
+        follow_bones(obj)
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
@@ -232,6 +232,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
 
     def run(self, obj):
         rig, key = rig_space.armature(obj), obj.data.shape_keys.key_blocks.get(self.key) or _key(obj)
+        require_none(None if key else "No kept pose is chosen. Choose its shape key")
         follow_bones(obj)
         if self.remove:
             gone = [each for each in group_of(key) if is_driven(each)]
@@ -241,7 +242,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             return key_poses.pose_rig(rig, group_of(key), key), []
         if self.does != 'DRIVE':
             return _mirror(obj, key, self.does == 'MIRROR_ALL')
-        require_none(_driver_problem(obj))
+        require_none(_driver_problem(obj, key))
         turned, has_angle = turns_now(obj, key), self.properties.is_property_set("angle")
         pose = (not self.now and pose_of(key, rig)) or turned
         if self.bone and self.bone not in rig.pose.bones:
