@@ -3,9 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <vector>
 
-#include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/errors.h"
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/encoding/predictor.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "reference/least_squares.h"
 

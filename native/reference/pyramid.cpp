@@ -10,7 +10,6 @@
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/encoding/predictor.h"
 #include "meanvalue/encoding/ring_encoder.h"
-#include "meanvalue/encoding/ring_extension.h"
 #include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/mesh/region.h"
 

@@ -1,4 +1,3 @@
-#include "meanvalue/linalg/closest_rotation.h"
 
 #include <cmath>
 #include <limits>

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "tests/support.h"
 
 namespace meanvalue::tests {

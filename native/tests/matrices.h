@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "tests/meshes.h"
 
 namespace meanvalue::tests {

@@ -3,7 +3,6 @@
 #include <numeric>
 #include <set>
 
-#include "meanvalue/linalg/balanced_separator.h"
 #include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/nested_dissection.h"

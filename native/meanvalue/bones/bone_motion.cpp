@@ -1,6 +1,6 @@
 #include "meanvalue/bones/skin.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {
 namespace {

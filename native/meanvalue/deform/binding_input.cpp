@@ -124,14 +124,6 @@ void require_memory(Index free_count, std::uint64_t there) {
                                   static_cast<double>(there) / kGigabyte, " GB"));
 }
 
-std::vector<Index> handles_of_region(const std::vector<AnchorOfRegion>& anchors, std::size_t count) {
-    if (anchors.empty() || anchors.front().handle < 0) return {};
-    std::vector<Index> result(count, -1);
-    for (const AnchorOfRegion& anchor : anchors)
-        result[anchor.vertex] = anchor.handle;
-    return result;
-}
-
 std::vector<char> soft_flags(const Binding& binding) {
     if (binding.strengths.empty()) return {};
     require_count("strengths", binding.strengths.size(), "number", binding.anchors.size(), "anchors");
@@ -173,14 +165,6 @@ std::vector<char> border_flags(const Binding& binding) {
         flags[binding.anchors[k]] = 1;
     }
     return flags;
-}
-
-std::vector<SoftAnchor> soft_anchors_among(const std::vector<AnchorOfRegion>& anchors) {
-    std::vector<SoftAnchor> result;
-    for (const AnchorOfRegion& anchor : anchors) {
-        if (std::isfinite(anchor.strength)) result.push_back({anchor.vertex, anchor.number, anchor.strength});
-    }
-    return result;
 }
 
 }  // namespace meanvalue

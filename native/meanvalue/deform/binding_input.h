@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "meanvalue/decode/fast/soft_constraints.h"
 #include "meanvalue/deform/binding.h"
 
 namespace meanvalue {
@@ -33,16 +32,10 @@ struct AnchorOfRegion {
     double strength = std::numeric_limits<double>::infinity();
 };
 
-/// The handle of each of `count` vertices of a region that is an anchor, -1 for the others; empty where none are
-/// given.
-std::vector<Index> handles_of_region(const std::vector<AnchorOfRegion>& anchors, std::size_t count);
-
 /// n flags, empty where all anchors are hard. @throws InvalidInput.
 std::vector<char> soft_flags(const Binding& binding);
 
 /// n flags: the anchors of a soft border. @throws InvalidInput unless they are soft.
 std::vector<char> border_flags(const Binding& binding);
-
-std::vector<SoftAnchor> soft_anchors_among(const std::vector<AnchorOfRegion>& anchors);
 
 }  // namespace meanvalue

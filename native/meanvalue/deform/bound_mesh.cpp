@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 
 #include "meanvalue/common/checks.h"
@@ -14,7 +15,6 @@
 #include "meanvalue/mesh/one_ring.h"
 #include "meanvalue/mesh/region.h"
 #include "meanvalue/optimise/ring_limit.h"
-#include "meanvalue/paper/full_decoder.h"
 #include "meanvalue/paper/paper_decoder.h"
 
 namespace meanvalue {
@@ -30,8 +30,13 @@ constexpr double kFlatTolerance = 5e-5;
 std::shared_ptr<Decoder> make_decoder(const Binding& binding, const BoundPart& part, std::vector<char> is_fixed,
                                       int threads, Execution& execution) {
     const double rigidity = rigidity_of(binding);
-    const std::vector<Index> handles = handles_of_region(part.anchors, is_fixed.size());
-    std::vector<SoftAnchor> soft = soft_anchors_among(part.anchors);
+    std::vector<Index> handles;  // empty where none are given
+    std::vector<SoftAnchor> soft;
+    for (const auto& [number, vertex, handle, strength] : part.anchors) {
+        if (handle >= 0) handles.resize(is_fixed.size(), -1);
+        if (handle >= 0) handles[vertex] = handle;
+        if (std::isfinite(strength)) soft.push_back({vertex, number, strength});
+    }
     std::vector<double> stiffness;
     if (!binding.stiffness.empty()) stiffness = picked(binding.stiffness, part.vertices());
     EncodedRegion encoded{part.shape, std::move(is_fixed), binding.instructions};

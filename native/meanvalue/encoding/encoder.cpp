@@ -6,7 +6,6 @@
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/ring_encoder.h"
-#include "meanvalue/encoding/ring_extension.h"
 
 namespace meanvalue {
 namespace {

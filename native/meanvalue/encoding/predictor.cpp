@@ -1,6 +1,5 @@
 #include "meanvalue/encoding/predictor.h"
 
-#include "meanvalue/common/cross_matrix.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/projection_plane.h"
 

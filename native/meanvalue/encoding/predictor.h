@@ -7,6 +7,13 @@
 
 namespace meanvalue {
 
+/// [v]_x: cross_matrix(v) * x = v x x.
+inline Matrix3 cross_matrix(const Vector3& v) {
+    Matrix3 matrix;
+    matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+    return matrix;
+}
+
 /// F_i(V), equation 13, in time linear in the valence. Equivariant under similarities of V.
 /// The normal is softened where the ring has folded up (SoftNormal), so that the result is smooth and always finite
 /// for finite positions.

@@ -5,6 +5,7 @@
 
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
+#include "meanvalue/mesh/one_ring.h"
 
 namespace meanvalue {
 
@@ -30,6 +31,15 @@ bool weights_are_tame(const std::vector<double>& weights);
 /// The smallest weights (in the least-squares sense, about 1/m) with sum 1 that reproduce v'_i exactly.
 /// Rotation-invariant like equation 7, bounded on rings where that one explodes.
 void least_norm_weights(const ProjectedRing& ring, std::vector<double>& weights);
+
+/// Whether the ring has three vertices or more and encloses enough area to define a plane.
+bool spans_a_plane(const PositionsView& positions, const Index* ring, Index valence);
+
+/// Collects vertices around `vertex` ring by ring, up to the third, until they span a plane, and sorts them
+/// by angle about their centroid. Stands in for the one-ring at the corner of a single triangle and on folded
+/// or collapsed rings.
+/// @return the extended ring, or an empty one where nothing around the vertex spans a plane.
+std::vector<Index> extended_ring(const PositionsView& positions, const OneRings& rings, Index vertex);
 
 /// Encodes one vertex after another and holds the result of the last. One instance for each thread: it keeps
 /// scratch memory.

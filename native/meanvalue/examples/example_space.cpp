@@ -9,7 +9,7 @@
 #include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/ring_encoder.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {
 namespace {

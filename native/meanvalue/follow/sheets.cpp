@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/encoder.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/one_ring.h"
 
 namespace meanvalue {

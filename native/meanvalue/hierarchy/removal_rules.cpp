@@ -1,8 +1,7 @@
-#include "meanvalue/hierarchy/removal_rules.h"
-
 #include <algorithm>
 
 #include "meanvalue/common/mean_row.h"
+#include "meanvalue/hierarchy/coarsening.h"
 
 namespace meanvalue {
 namespace {

@@ -7,7 +7,6 @@
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
-#include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {

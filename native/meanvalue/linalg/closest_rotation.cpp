@@ -1,7 +1,6 @@
-#include "meanvalue/linalg/closest_rotation.h"
-
 #include <algorithm>
 
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/linalg/simd_closest_rotation.h"
 
 namespace meanvalue {

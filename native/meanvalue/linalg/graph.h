@@ -1,12 +1,17 @@
-// The graph of a symmetric sparse matrix, for which an order of elimination is found.
+// The sparse matrices that are factored, and the graph of one, for which an order of elimination is found.
 #pragma once
+
+#include <Eigen/SparseCore>
+#include <cstdint>
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/sparse_matrix.h"
 
 namespace meanvalue {
+
+/// 64-bit offsets: the factor of a million free vertices has more than 2^31 entries.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 /// The neighbours of each vertex. Undirected, without loops: each edge is in the list of both its ends.
 using Graph = Grouped<Index>;

@@ -5,7 +5,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/linalg/front_kernels.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
 
 namespace meanvalue {

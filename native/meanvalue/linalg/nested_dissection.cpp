@@ -2,11 +2,14 @@
 
 #include <Eigen/OrderingMethods>
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/balanced_separator.h"
 #include "meanvalue/linalg/elimination_tree.h"
 
 namespace meanvalue {
@@ -92,6 +95,101 @@ bool order_at_once(const Part& part, bool is_whole, std::vector<Index>& order, c
     return true;
 }
 
+// A cut leaves this share of a graph on each side, in percent: less finds thinner places, and makes the larger side
+// larger.
+constexpr std::int64_t kLeastCut = 27;
+
+/// In edges, from one vertex.
+std::vector<Index> distances(const Graph& graph, Index from, WorkMeter& work) {
+    std::vector<Index> distance(graph.size(), -1);
+    std::vector<Index> queue = {from};
+    queue.reserve(graph.size());
+    distance[from] = 0;
+    for (std::size_t k = 0; k < queue.size(); ++k) {
+        work.add(1 + graph.of(queue[k]).size());
+        for (const Index u : graph.of(queue[k])) {
+            if (distance[u] >= 0) continue;
+            distance[u] = distance[queue[k]] + 1;
+            queue.push_back(u);
+        }
+    }
+    return distance;
+}
+
+/// From each of four vertices that are far from each other.
+std::array<std::vector<Index>, 4> distances_from_extremes(const Graph& graph, WorkMeter& work) {
+    std::array<std::vector<Index>, 4> result;
+    std::vector<Index> nearest(graph.size(), graph.size());
+    Index from = graph.size() - 1;
+    for (std::vector<Index>& distance : result) {
+        distance = distances(graph, from, work);
+        for (Index v = 0; v < graph.size(); ++v)
+            nearest[v] = std::min(nearest[v], distance[v]);
+        from = static_cast<Index>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
+    }
+    return result;
+}
+
+/// Vertices from one end of a graph to the other, cut in two.
+struct Line {
+    std::vector<Index> vertices;
+    Index left_end = 0;
+    std::int64_t cost = std::numeric_limits<std::int64_t>::max();
+};
+
+/// Cut where the fewest vertices before have neighbours behind, and both sides have about the same size.
+/// @param heights n: at one end the lowest, at the other the highest.
+Line cut_line(const Graph& graph, const std::vector<Index>& heights, WorkMeter& work) {
+    const Index size = graph.size();
+    const auto [lowest, highest] = std::minmax_element(heights.begin(), heights.end());
+    Line line;
+    line.vertices = grouped<Index>(*highest - *lowest + 1, [&, low = *lowest](const auto& visit) {
+                        for (Index v = 0; v < size; ++v)
+                            visit(heights[v] - low, v);
+                    }).items;
+    std::vector<Index> place(size);
+    for (Index k = 0; k < size; ++k)
+        place[line.vertices[k]] = k;
+    const Index first = std::max(static_cast<Index>(size * kLeastCut / 100), 1);
+    std::vector<Index> change(size + 1, 0);  // of the border, from one cut to the next
+    for (Index k = 0; k < size - first; ++k) {
+        const Index v = line.vertices[k];
+        work.add(1 + graph.of(v).size());
+        Index farthest = k;
+        for (const Index u : graph.of(v))
+            farthest = std::max(farthest, place[u]);
+        ++change[k + 1];
+        --change[farthest + 1];
+    }
+    std::int64_t border = 0;
+    for (Index end = 0; end <= size - first; ++end) {
+        border += change[end];
+        const std::int64_t cost = border * (2 * size + std::abs(size - 2 * end + border));
+        if (end < first || cost >= line.cost) continue;
+        line.left_end = end;
+        line.cost = cost;
+    }
+    return line;
+}
+
+/// The four extremes a, b, c, d are at the ends in one of the ways a | b, ac | bd, ad | bc, or one of them alone.
+Line best_line(const Graph& graph, WorkMeter& work) {
+    constexpr Index kWays[][4] = {{1, -1, 0, 0}, {1, -1, 1, -1}, {1, -1, -1, 1}, {1, 0, 0, 0},
+                                  {0, 1, 0, 0},  {0, 0, 1, 0},   {0, 0, 0, 1}};
+    const std::array<std::vector<Index>, 4> distance = distances_from_extremes(graph, work);
+    Line best;
+    for (const auto& way : kWays) {
+        std::vector<Index> heights(graph.size(), 0);
+        for (std::size_t k = 0; k < distance.size(); ++k) {
+            for (Index v = 0; v < graph.size(); ++v)
+                heights[v] += way[k] * distance[k][v];
+        }
+        Line line = cut_line(graph, heights, work);
+        if (line.cost < best.cost) best = std::move(line);
+    }
+    return best;
+}
+
 }  // namespace
 
 std::vector<Index> nested_dissection(const Graph& graph, int threads, const Execution& execution) {
@@ -116,6 +214,26 @@ std::vector<Index> nested_dissection(const Graph& graph, int threads, const Exec
             std::move(of_one.begin(), of_one.end(), std::back_inserter(parts));
     }
     return order;
+}
+
+std::vector<Side> balanced_separator(const Graph& graph, const Execution& execution) {
+    WorkMeter work(execution);
+    const Line line = best_line(graph, work);
+    const auto end = line.vertices.begin() + line.left_end;
+    std::vector<Side> sides(graph.size(), Side::kLeft);
+    for (auto v = end; v != line.vertices.end(); ++v)
+        sides[*v] = Side::kRight;
+    const auto touches = [&](Index vertex, Side side) {
+        const auto around = graph.of(vertex);
+        return std::any_of(around.begin(), around.end(), [&](Index u) { return sides[u] == side; });
+    };
+    for (auto v = line.vertices.begin(); v != end; ++v)
+        if (touches(*v, Side::kRight)) sides[*v] = Side::kBetween;
+    // Where all of the left is between, as in a clique, none of it may go: the part would be as large as before.
+    if (std::find(sides.begin(), sides.end(), Side::kLeft) == sides.end()) return sides;
+    for (auto v = end; v-- != line.vertices.begin();)
+        if (sides[*v] == Side::kBetween && !touches(*v, Side::kLeft)) sides[*v] = Side::kRight;
+    return sides;
 }
 
 }  // namespace meanvalue

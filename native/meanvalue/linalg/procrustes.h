@@ -1,4 +1,4 @@
-// The similarity that best carries one set of points to another.
+// The similarity that best carries one set of points to another, and the rotation nearest to a 3 x 3 matrix.
 #pragma once
 
 #include <cstddef>
@@ -34,6 +34,15 @@ Correlation correlate(const PositionsView& from, const PositionsView& to, const 
 /// The rotation R that maximizes trace(R^T covariance); the smallest one where directions are missing.
 /// @param covariance sum of to * from^T.
 Matrix3 fit_rotation(const Matrix3& covariance);
+
+/// The rotation R that maximizes trace(R^T M), as fit_rotation() gives it, several times as fast: the largest
+/// eigenvalue of the 4 x 4 quaternion matrix by Newton's method, its eigenvector by cofactors (Horn 1987; Theobald
+/// 2005). Where that is ill-conditioned (rank one, or nearly a reflection of a flat star), by fit_rotation().
+/// The identity for the zero matrix, and where an entry is not a finite number.
+Matrix3 closest_rotation(Matrix3 matrix);
+
+/// The same of `count` matrices, in their place; four take as long as one.
+void closest_rotations(Matrix3* matrices, Index count);
 
 /// Least-squares fit over the points named (Umeyama 1991). What too few or collinear points leave open is
 /// chosen nearest to the identity: a translation for one point, the smallest turn for two.

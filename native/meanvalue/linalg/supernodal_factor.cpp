@@ -107,17 +107,9 @@ CholeskyFactor<Number> CholeskyFactor<Number>::with_same_pattern() const {
 template <typename Number>
 CholeskyFactor<Number>::Analysis::Analysis(SupernodalPattern found, const Execution& execution)
     : pattern(std::move(found)) {
-    build_supernodes();
-    place_rows(execution);
-}
-
-template <typename Number>
-void CholeskyFactor<Number>::Analysis::build_supernodes() {
     supernodes.resize(pattern.count());
     std::vector<std::int64_t> weights(pattern.count());
     std::int64_t below_count = 0;
-    most_blocks = 0;
-    value_count = 0;
     for (Index s = 0; s < pattern.count(); ++s) {
         const Index width = pattern.width(s);
         const Index row_count = pattern.row_count(s);
@@ -129,6 +121,7 @@ void CholeskyFactor<Number>::Analysis::build_supernodes() {
     }
     below.resize(below_count);
     tasks = cut_into_tasks(pattern.parents, weights);
+    place_rows(execution);
 }
 
 template <typename Number>

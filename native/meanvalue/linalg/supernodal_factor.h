@@ -8,7 +8,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/linalg/elimination_tasks.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/supernodal_kernels.h"
 #include "meanvalue/linalg/supernodal_pattern.h"
 
@@ -91,7 +91,6 @@ class CholeskyFactor {
         Index most_blocks = 0;         // of a supernode
 
         Analysis(SupernodalPattern found, const Execution& execution);
-        void build_supernodes();
         void place_rows(const Execution& execution);
     };
 

@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 
 namespace meanvalue {
 

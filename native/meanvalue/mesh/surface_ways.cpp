@@ -47,6 +47,7 @@ SurfaceWays::SurfaceWays(Positions positions, const EdgesView& edges, const Tria
                          int threads, const Execution& execution)
     : positions_(std::move(positions)) {
     const auto count = static_cast<Index>(positions_.rows());
+    steps_.offsets.assign(count + 1, 0);
     for (Index e = 0; e < edges.rows(); ++e) {
         execution.check_every(e);
         if (edges.row(e).minCoeff() < 0 || edges.row(e).maxCoeff() >= count) {
@@ -130,10 +131,6 @@ void SurfaceWays::find_steps(const EdgesView& edges, const TrianglesView& triang
     });
 }
 
-Grouped<SurfaceWays::Step>::Range SurfaceWays::steps_of(Index vertex) const {
-    return steps_.items.empty() ? Grouped<Step>::Range{nullptr, nullptr} : steps_.of(vertex);
-}
-
 std::vector<double> SurfaceWays::distances(const std::vector<Index>& seeds, double limit) const {
     std::vector<double> result = reach(seeds, limit);
     std::vector<char> is_whole(result.size(), 1);  // of pieces, by their lowest vertex
@@ -180,7 +177,7 @@ std::vector<double> SurfaceWays::reach(const std::vector<Index>& seeds, double l
             if (!(way < along[to])) continue;  // no way through here is shorter: half of the lengths are not needed
             if (reach(to, (positions_.row(to) - positions_.row(v)).norm()) && !gaps.empty()) gaps[to] = gaps[v];
         }
-        for (const Step& step : steps_of(v)) {
+        for (const Step& step : steps_.of(v)) {
             if (reach(step.to, step.length)) gaps[step.to] = gaps[v] + step.gap;
         }
         Vector3 straight = positions_.row(v) - positions_.row(origin[v]);
@@ -255,7 +252,7 @@ SurfaceWays SurfaceWays::coarser(Index& vertex) const {
                 const Index other = group[neighbour];
                 if (std::exchange(seen[other], number) != number) result.neighbours_.items.push_back(other);
             }
-            for (const Step& step : steps_of(v))
+            for (const Step& step : steps_.of(v))
                 result.steps_.items.push_back({number, group[step.to], step.length, step.gap});
         };
         take(middle);

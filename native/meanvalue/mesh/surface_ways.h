@@ -57,7 +57,6 @@ class SurfaceWays {
 
     SurfaceWays() = default;
 
-    Grouped<Step>::Range steps_of(Index vertex) const;
     void require_vertices(const std::vector<Index>& seeds) const;
     std::vector<double> reach(const std::vector<Index>& seeds, double limit) const;
     void find_steps(const EdgesView& edges, const TrianglesView& triangles, double gap, int threads,
@@ -70,7 +69,7 @@ class SurfaceWays {
     Positions positions_;
     std::vector<Index> part_of_;
     Grouped<Index> neighbours_;
-    Grouped<Step> steps_;  // by `from`; empty where there are none
+    Grouped<Step> steps_;  // by `from`
 };
 
 }  // namespace meanvalue

@@ -6,7 +6,7 @@
 
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/rest_cells.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/morph/rotation_vectors.h"
 
 namespace meanvalue {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/morph/cell_assembly.h"
 
 namespace meanvalue {

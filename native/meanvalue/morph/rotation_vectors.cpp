@@ -4,7 +4,7 @@
 
 #include "meanvalue/common/elementary.h"
 #include "meanvalue/common/tolerances.h"
-#include "meanvalue/linalg/closest_rotation.h"
+#include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {
 namespace {

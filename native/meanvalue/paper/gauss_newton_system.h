@@ -4,7 +4,7 @@
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {

@@ -9,7 +9,6 @@
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
 #include "meanvalue/follow/carrier_surface.h"
-#include "meanvalue/linalg/closest_rotation.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/linalg/supernodal_factor.h"
 #include "meanvalue/mesh/components.h"

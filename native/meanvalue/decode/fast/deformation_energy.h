@@ -12,7 +12,7 @@
 #include "meanvalue/decode/fast/energy_kernels.h"
 #include "meanvalue/decode/fast/soft_constraints.h"
 #include "meanvalue/encoding/encoding.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {

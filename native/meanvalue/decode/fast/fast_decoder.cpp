@@ -79,7 +79,14 @@ void FastDecoder::finish(Execution& execution) {
         problem_.levels.insert(problem_.levels.begin(), make_level(encoding_, std::move(cells_), std::move(unknowns_),
                                                                    problem_.soft, rigidities, threads_, execution));
     }
-    find_driving_handles();
+    const FastLevel& whole = *problem_.levels.front();
+    if (!whole.stages.empty()) {
+        std::vector<Index> vertices = whole.stages.back().coupling.vertices;
+        const std::vector<Index>& soft = whole.energy->soft_constraints().vertices();
+        vertices.insert(vertices.end(), soft.begin(), soft.end());
+        problem_.driving =
+            std::make_shared<DrivingHandles>(rest_(vertices, Eigen::all), problem_.handles->pieces_of(vertices));
+    }
     // Behind the whole mesh's, whose numbers take the most memory.
     for (std::size_t middle = 0; middle + 1 < problem_.hierarchy->levels.size(); ++middle) {
         const StageTimer timer(bind_timings_, "coarse level");
@@ -91,17 +98,6 @@ void FastDecoder::finish(Execution& execution) {
 std::vector<double> FastDecoder::from_stiff() const {
     if (kStiff > problem_.rigidity) return {kStiff, problem_.rigidity};
     return {problem_.rigidity};
-}
-
-/// Of the whole mesh.
-void FastDecoder::find_driving_handles() {
-    const FastLevel& level = *problem_.levels.front();
-    if (level.stages.empty()) return;
-    std::vector<Index> vertices = level.stages.back().coupling.vertices;
-    const std::vector<Index>& soft = level.energy->soft_constraints().vertices();
-    vertices.insert(vertices.end(), soft.begin(), soft.end());
-    problem_.driving =
-        std::make_shared<DrivingHandles>(rest_(vertices, Eigen::all), problem_.handles->pieces_of(vertices));
 }
 
 void FastDecoder::coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,

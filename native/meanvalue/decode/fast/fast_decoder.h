@@ -37,7 +37,6 @@ class FastDecoder : public Decoder {
     /// An early one: it has the coarsest level of `whole` alone.
     FastDecoder(EncodedRegion shape, FastProblem whole, int threads);
 
-    void find_driving_handles();
     /// Finds the hierarchy. @param handles, is_soft see CoarseningOptions.
     void coarsen(const std::vector<Index>& handles, std::vector<char> is_soft, double free_count,
                  Execution& execution);

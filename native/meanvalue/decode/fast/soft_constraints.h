@@ -9,7 +9,7 @@
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/hierarchy/hierarchy.h"
-#include "meanvalue/linalg/sparse_matrix.h"
+#include "meanvalue/linalg/graph.h"
 #include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
