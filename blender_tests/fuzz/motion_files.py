@@ -5,12 +5,12 @@ import pathlib
 
 import numpy as np
 
-from addon.capture.core import bvh_file, c3d_file, table_file, trc_file
+from addon.capture.core import bvh_file, c3d_file, table_file
 from addon.errors import MotionFileError
 from blender_tests.support import capture_files, walker
 from blender_tests.support.mesh_files import DATA
 
-READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read, ".csv": table_file.read}
+READERS = {".c3d": c3d_file.read, ".trc": table_file.read, ".bvh": bvh_file.read, ".csv": table_file.read}
 
 METRES = walker.positions(3)
 MILLIMETRES = 1000.0 * walker.with_gaps(METRES, (1, 1, 2))

@@ -222,7 +222,7 @@ def test_files_that_are_none_are_refused_by_name_with_a_remedy(tmp_path):
         ("b.C3D", b"HIER" * 500, "no C3D file"),
         ("c.c3d", b"\x09\x50".ljust(2048, b"\0"), "block 9"),
         ("d.c3d", b"\x02\x50".ljust(2048, b"\0"), "number format 0"),
-        ("a.trc", b"", "no TRC file"),
+        ("a.trc", b"", "no names above rows of numbers"),
         ("a.bvh", b"", "no BVH file"),
         ("turns.csv", MOTIVE.replace("Position", "Rotation").encode(), "rotations alone, of 8 segments: .*BVH"),
         ("flat.csv", b"frame,nose_x,nose_y\n0,1,2\n1,1,2\n", "X and Y alone.*TRC"),

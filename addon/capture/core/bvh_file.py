@@ -3,6 +3,7 @@
 
 import math
 import re
+from array import array
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -107,7 +108,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         lines.fail("'Frame Time: SECONDS' is missing after 'Frames'")
     frames, rate = int(found.group(1)), _rate(timed.group(1))
     notes = []
-    motion = lines.table([(number, " ".join(row.split())) for number, row in lines.filled()], channels, frames, notes)
+    motion = _motion(lines, channels, frames, notes)
     if len(motion) * len(joints) > max(len(data), 1024):
         raise MotionFileError(
             f"{file}: {len(joints)} joints are more than {channels} channels in {len(motion)} frames can move. The "
@@ -127,6 +128,29 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         is_skeleton=True,
         extent=units.median_extent(rest),
     ).take(up_axis, unit)
+
+
+def _motion(lines, channels, told, notes):
+    """(f, channels) of the lines that are left, a frame each; told: how many there should be."""
+    rows = lines.filled()
+    if rows and len(rows) <= told and len(rows[-1][1].split()) < channels and lines.is_cut_off(rows[-1][0]):
+        rows.pop()
+    if not rows:
+        lines.fail("there is no whole frame after the header")
+    values = array("d")
+    for number, line in rows:
+        row = line.split()
+        if len(row) != channels:
+            lines.fail(f"it has {len(row)} numbers where there must be {channels}", number=number)
+        try:
+            values.extend(map(float, row))
+        except ValueError:
+            wrong = next(cell for cell in row if number_in(cell) is None)
+            lines.fail(f"{quoted(wrong)} is no number", number=number)
+    if told != len(rows):
+        what = "is cut off" if len(rows) < told else "is longer than it says"
+        notes.append(f"The file {what}: {len(rows)} frames are there, {told} are told")
+    return np.frombuffer(values, np.float64).reshape(len(rows), channels)
 
 
 def joint_positions(joints: list[Joint], motion: np.ndarray) -> np.ndarray:

@@ -6,11 +6,11 @@ import pathlib
 import re
 
 from ...errors import MotionFileError
-from . import bvh_file, c3d_file, table_file, trc_file
+from . import bvh_file, c3d_file, table_file
 from .recording import Take
 from .text_lines import decoded
 
-_READERS = {".c3d": c3d_file.read, ".trc": trc_file.read, ".bvh": bvh_file.read}
+_READERS = {".c3d": c3d_file.read, ".trc": table_file.read, ".bvh": bvh_file.read}
 _READERS |= dict.fromkeys((".csv", ".tsv", ".txt", ".json", ".jsonl"), table_file.read)
 
 #: The suffixes of files that are known; what is in a file counts.

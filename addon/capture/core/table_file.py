@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads tables of points, as Motive, Nexus, Qualisys and trackers of videos write them: CSV, TSV and JSON.
+"""Reads tables of points, as Motive, Nexus, Qualisys and trackers of videos write them: CSV, TSV, TRC and JSON.
 
 Columns that are called alike but for X, Y and Z are a point. Their names stand in one row ("nose_x"), or in several
-above the axes. Rows with a name, X, Y and Z are a point each.
+above the axes. Rows with a name, X, Y and Z are a point each. In TRC (Motion Analysis, OpenSim) line 1 names the
+format, 2 and 3 are keys and values, 4 the names, one every three columns, 5 the axes; then a row for each frame.
 """
 
+import collections
 import csv
 import itertools
 import math
@@ -26,9 +28,9 @@ PLACE = re.compile(r"(?:(.*)[\s_.:\-])?(?:pos(?:ition)?s?|trans(?:lation)?|loc(?
 OTHER = re.compile(r"(?:(.*)[\s_.:\-])?(?:(?:rot|orient)(?:ation)?|q(?:uat\w*)?|euler|\w*acc\w*|vel\w*|ang\w*)", re.I)
 #: A cell of a row of axes; of these "rx" and "w" are of turns.
 ALONE = re.compile(r"t?([xyz])\d*|(?:r[xyz]|w)()", re.I)
-#: In a header: frames a second, also alone in a line; the unit.
+#: In a header: frames a second, also alone in a line; the unit; how many frames there are.
 RATE = re.compile(r"(export )?(?:(?:frame|data|sampl\w*) ?rate|frequency|fps)\W{1,4}([\d.]+)|^([\d.]+),*$", re.I | re.M)
-UNIT = re.compile(r"units?\W{1,4}(\w+)", re.I)
+UNIT, FRAMES = re.compile(r"units?\W{1,4}(\w+)", re.I), re.compile(r"NO_OF_FRAMES,(\d{1,9})")
 #: Rows that are looked at for a header; what Motive has beside markers.
 HEADER, SOLVED = 60, {"Bone": "bones", "Rigid Body": "rigid bodies"}
 NO_POINT = "no part of it is a point with X, Y and Z (what recorders of faces write is for Import Shape Key Values)"
@@ -41,7 +43,10 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
     """The points of a table, or in JSON, of that content; `file` is its name. Raises MotionFileError."""
     lines = Lines(data, file)
     try:
-        if re.match(r"\s*[\[{]", decoded(data[:4096])):
+        begins = decoded(data[:4096])
+        if is_trc := begins.lstrip().startswith("PathFileType"):
+            points, others, known, rows = _of_trc(lines)
+        elif re.match(r"\s*[\[{]", begins):
             head, rows, width = _of_records(*records.of_json(data, file, lambda why, _: lines.fail(why, REMEDY, 1)))
         else:
             head, rows, width = _split(lines)
@@ -49,23 +54,26 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
             is_named = any(records.LABEL.search(time_columns.folded(name)) for name in names)
             if is_named and {"x", "y", "z"} <= set(names) and len(set(names)) == len(names):
                 head, rows, width = _of_records([records.plain(dict(zip(names, row, strict=False))) for _, row in rows])
-        points, others, known = _columns(lines, head, width)
-        positions, cells = _numbers(lines, rows, list(itertools.chain(*points.values())), others)
+        if not is_trc:
+            points, others, known = _columns(lines, head, width)
+        positions, cells, numbers = _numbers(lines, rows, list(itertools.chain(*points.values())), others)
         if not len(positions):
             lines.fail(NO_POINT, REMEDY, number=1)
     except csv.Error:  # of a quote that nothing ends
         lines.fail("it is no table", REMEDY, number=1)
+    if len(positions) < (told := known.pop("frames")):
+        known["notes"].append(f"The file is cut off: {len(positions)} of its {told:g} frames are there")
     labels = [label for label, *_ in points]
     if labels == [str(number) for number in range(len(labels))]:
         labels = marker_sets.NUMBERED.get(len(labels), labels)
-    positions = _in_time(lines, positions, cells, known)
+    positions = _in_time(positions, cells, known, lambda reason, row: lines.fail(reason, number=numbers[row]))
     return Recording(file=file, labels=labels, positions=positions, usual_rate=30.0, **known).take(up_axis, unit)
 
 
-def _in_time(lines, positions, columns, known):
+def _in_time(positions, columns, known, refuse):
     """Positions (f, m, 3) at an even rate, by the one of columns, {name: f cells}, that is the time; rate, start and
     notes go to `known`, which may have a rate."""
-    rate, refuse = known["rate_hz"], lambda reason, row: lines.fail(reason)
+    rate = known["rate_hz"]
     clocks = [time_columns.clock_of(name, cells, rate, refuse) for name, cells in columns.items()]
     clock = time_columns.the_time(filter(None, clocks), len(positions), None)
     times, steps = clock.times - clock.times[0], np.diff(clock.times)
@@ -78,7 +86,7 @@ def _in_time(lines, positions, columns, known):
     times = np.round(times / usual, 6)
     if not 0.5 < np.abs(times - np.arange(len(times))).max() < SPARSE * len(times):
         return positions
-    known["notes"] = ["Frames are not evenly spaced in time: points go in lines between them"]
+    known["notes"].append("Frames are not evenly spaced in time: points go in lines between them")
     wanted = np.arange(math.floor(times[-1] + 0.5) + 1).clip(max=times[-1])
     columns = np.where(positions.any(axis=2, keepdims=True), positions, np.nan).reshape(len(times), -1).T
     return np.column_stack([np.interp(wanted, times, column) for column in columns]).reshape(len(wanted), -1, 3)
@@ -100,6 +108,36 @@ def _split(lines):
         lines.fail("it has no names above rows of numbers", REMEDY, number=1)
     rows = enumerate(itertools.chain(head[start:], cells), begin + start + 1)
     return above, rows, len(head[start])
+
+
+def _of_trc(lines):
+    """As _columns(), and the rows."""
+    _, keys, values = (lines.next() or "" for _ in range(3))
+    keys, told = keys.lower().split(), _cells(values)
+    told = told if len(told) <= len(keys) else values.split()  # some write two tabs between values
+    told = collections.defaultdict(str, zip(keys, told, strict=False))
+    names = [cell.strip() for cell in _cells(lines.next_filled() or "")[2:]]
+    names = [*filter(None, names)] if any(names[1::3]) else names[::3]  # some leave out the two empty cells after each
+    text = lines.filled()
+    text = text[1:] if text and _share(_cells(text[0][1])) < 0.5 else text
+    nameless = max(0, (max((len(_cells(line)) for _, line in text), default=0) - 2) // 3 - len(names))
+    notes = [f"Rows have more columns than the {len(names)} names need: {nameless} points have no name"]
+    notes, names = notes if nameless and names else [], names + [""] * nameless
+    if not names or not text:
+        lines.fail("neither the header nor a row has a marker", "Export the take with its markers")
+    for number, line in text:
+        if (width := len(_cells(line))) > 2 + 3 * len(names):
+            lines.fail(f"it has {width} numbers where there must be {2 + 3 * len(names)}", number=number)
+    known = {"rate_hz": usable_rate(*(number_in(told[key]) for key in ("datarate", "camerarate"))),
+             "frames": number_in(told["numframes"]) or 0.0, "unit": told["units"], "kinds": marker_sets.kinds(names),
+             "usual_up": ("Y", "as OpenSim and most TRC files have it"), "notes": notes}  # fmt: skip
+    points = {(name, "", place): [*range(2 + 3 * place, 5 + 3 * place)] for place, name in enumerate(names)}
+    return points, {"frame": 0, "time": 1}, known, ((number, _cells(line)) for number, line in text)
+
+
+def _cells(line):
+    """What stands between tabs or, without any, between blanks; without blank cells at the end."""
+    return line.rstrip().split("\t") if "\t" in line else line.split()
 
 
 def _of_records(found, rate_hz=None):
@@ -159,7 +197,9 @@ def _columns(lines, head, width):
     rates = [number_in(one or other) for _, one, other in sorted(RATE.findall(text), key=lambda found: not found[0])]
     lengths = [units_of[key] for key in whole if units.metres_in(units_of[key])] or UNIT.findall(text)
     lengths = lengths or ["mm"] * text.startswith("NO_OF_FRAMES")  # Qualisys has no other
-    known = {"rate_hz": usable_rate(*rates), "unit": (lengths or [""])[0]}
+    frames = FRAMES.search(text)
+    known = {"rate_hz": usable_rate(*rates), "unit": (lengths or [""])[0], "notes": []}
+    known["frames"] = int(frames[1]) if frames else 0
     if text.startswith("Format Version"):
         known["usual_up"] = "Y", "as Motive has it"
     types = {kind for _, kind, _ in whole}
@@ -201,8 +241,8 @@ def _kind(key, types, points, unit):
 
 
 def _numbers(lines, rows, columns, others):
-    """((f, m, 3), {name: f cells} of other columns that may tell times)."""
-    values, cells = array("d"), {name: [] for name in others if time_columns.CLOCK.search(name.lower())}
+    """((f, m, 3), {name: f cells} of other columns that may tell times, f numbers of their lines)."""
+    values, numbers, cells = array("d"), [], {name: [] for name in others if time_columns.CLOCK.search(name.lower())}
     width = max(columns) + 1
     for number, row in rows:
         if any(row) and _share(row[:1]) == 0.0 == _share(row):
@@ -217,6 +257,9 @@ def _numbers(lines, rows, columns, others):
             if math.inf in found:
                 lines.fail(f"{quoted(row[columns[found.index(math.inf)]])} is no number", number=number)
             values.extend(found)
+            if len(values) > 4 * lines.size + 1024 * number:  # short rows must not fill the memory
+                lines.fail(f"the rows are much shorter than the {len(columns) // 3} points above them need")
+        numbers.append(number)
         for name, into in cells.items():
             into.append(row[others[name]] if others[name] < len(row) else "")
-    return np.frombuffer(values, np.float64).reshape(-1, len(columns) // 3, 3).copy(), cells
+    return np.frombuffer(values, np.float64).reshape(-1, len(columns) // 3, 3).copy(), cells, numbers
