@@ -21,6 +21,7 @@ class MEANVALUE_PT_bake(PanelPart, bpy.types.Panel):
         settings = obj.meanvalue.bake
         layout.prop(settings, "target")
         of_bones = ["bones", *["tolerance_share"][settings.bones :], "influences", "skeleton", "root_bone"]
+        of_bones = ["armature", *(["its_motion", "influences"] if settings.armature else of_bones)]
         for name in {TO_CACHE: ["path"], TO_KEYS: ["tolerance_share"], TO_BONES: of_bones}[settings.target]:
             layout.prop(settings, name)
         if settings.target == TO_CACHE and not settings.path:

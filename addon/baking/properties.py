@@ -59,6 +59,7 @@ OPTIONS = {
     "bones": IntProperty(name="Bones", description="How many. 0: as Tolerance takes", default=20, min=0, max=256),
     "influences": IntProperty(name="Influences", description="Most bones of a vertex", default=4, min=1, max=8),
     "skeleton": BoolProperty(name="Skeleton", description="Bones turn about joints. Off: each is free", default=True),
+    "its_motion": BoolProperty(name="Its Motion", description="The copy moves as it does: weights alone are fitted"),
     "root_bone": BoolProperty(name="Root Bone", description="One more at the origin carries the walk on the ground"),
 }
 
@@ -67,7 +68,16 @@ class MEANVALUE_PG_bake(bpy.types.PropertyGroup):
     """How the object is baked"""
 
     #: mark: what the markers of its caches have, to be told from others of the same names.
-    __annotations__ = {**OPTIONS, "mark": StringProperty(options={'HIDDEN'})}
+    __annotations__ = {
+        **OPTIONS,
+        "mark": StringProperty(options={'HIDDEN'}),
+        "armature": PointerProperty(
+            name="Use Armature",
+            description="A copy of it plays, of the same rest pose and names. None: bones are found",
+            type=bpy.types.Object,
+            poll=lambda _settings, obj: obj.type == 'ARMATURE',
+        ),
+    }
 
 
 def chosen(operator, settings, options):

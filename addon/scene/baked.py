@@ -22,6 +22,7 @@ class MEANVALUE_PG_baked(bpy.types.PropertyGroup):
     muted: StringProperty()
     hidden: StringProperty()  # types of the modifiers before bones, and where those they stand for were shown
     rig: PointerProperty(type=bpy.types.Object)
+    former_groups: StringProperty()  # {bone: what the artist's group of that name is called meanwhile}
     worst: StringProperty()  # the frame where bones are off most, and the vertices
     parent: PointerProperty(type=bpy.types.Object)  # armature that held it: glTF takes that for what deforms
     parent_inverse: StringProperty()  # of that, rows of a matrix

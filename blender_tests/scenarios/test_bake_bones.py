@@ -87,3 +87,20 @@ def test_a_simulation_is_baked_from_its_beginning_and_not_over_its_bake():
         bake()
     bpy.ops.meanvalue.unbake()
     assert np.abs(played(obj, TIMES)[5:] - shown).max() < 0.01 * np.ptp(shown, axis=0).max()
+
+
+@pytest.mark.parametrize(("its_motion", "near"), [(True, 1e-3), (False, 4e-3)])
+def test_an_armature_of_the_artists_plays_as_a_copy_and_with_its_own_motion(its_motion, near):
+    obj = of_a_rig()
+    rig, size, shown = obj.parent, np.linalg.norm(np.ptp(rest(obj), axis=0)), played(obj, TIMES)
+    obj.meanvalue.bake.armature, action = rig, rig.animation_data.action
+    before = snapshot(obj, {"settings", "keys"})
+    assert bake(its_motion=its_motion) == {'FINISHED'}
+    plays = obj.meanvalue.baked.rig
+    assert plays != rig and not obj.modifiers["Armature"].show_viewport
+    assert np.linalg.norm(played(obj, TIMES) - shown, axis=2).max() < near * size
+    for bone in plays.data.bones:
+        assert bone.matrix_local == rig.data.bones[bone.name].matrix_local and bone.name in obj.vertex_groups
+    assert bpy.ops.meanvalue.unbake() == {'FINISHED'} and rig.animation_data.action == action
+    assert np.abs(played(obj, TIMES) - shown).max() < 1e-5 * size
+    assert_same(before, snapshot(obj, {"settings", "keys"}))

@@ -174,7 +174,7 @@ class Baking:
         for each in parts:
             playing.take_back(each)
         if self.options.target == TO_BONES:
-            made, near, more = bones.play(parts, *self._bones, self.times, self._kind is None, self.options.root_bone)
+            made, near, more = bones.play(parts, *self._bones, self.times, self._kind is None, self.options)
             return made, near, [*notes, *more]
         for each in parts:
             key = session_key(each)

@@ -7,6 +7,7 @@ import math
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ... import wording
 from ...errors import SceneError
@@ -37,7 +38,29 @@ def problem(obj):
     if obj.parent is not None and obj.parent_type in rig_space.DEFORMING_PARENTS:
         return f"'{obj.parent.name}' deforms '{obj.name}' as its parent. Parent it as Object, and add a modifier"
     is_small = bounding_box_diagonal(shape_keys.rest_positions(obj.data)) < 1e-4  # Blender drops bones below 1e-6
+    rig, settings = obj.meanvalue.bake.armature, obj.meanvalue
+    names = {bone.name for bone in _deforming(rig)} if rig else set()
+    if rig and not names:
+        return f"'{rig.name}' has no bones that deform. Tick Deform of some"
+    if same := names.intersection([*settings.handles.keys(), settings.roi_group]):
+        return f"{wording.quoted(sorted(same))} of '{obj.name}' is called as a bone of '{rig.name}'. Rename it"
     return f"'{obj.name}' is too small for bones. Scale it up" if is_small else shape_keys.absolute_problem(obj)
+
+
+def _deforming(rig):
+    return [bone for bone in rig.data.bones if bone.use_deform]
+
+
+def _given(rig, ways, poses):
+    """An armature for the solver: that which was chosen, in the space of the mesh. ways: f x 4 x 4, from there to its
+    own; poses: f x b x 4 x 4 of its bones, or none. @throws SceneError."""
+    bones, back = _deforming(rig), np.linalg.inv(ways)
+    heads = motion.apply(back[0], np.array([bone.head_local for bone in bones]))
+    tails = motion.apply(back[0], np.array([bone.tail_local for bone in bones]))
+    parents = [next((bones.index(each) for each in bone.parent_recursive if each in bones), -1) for bone in bones]
+    rests = np.array([bone.matrix_local for bone in bones], np.float64)
+    moved = back[:, None] @ poses @ np.linalg.inv(rests) @ ways[:, None] if len(poses) else None
+    return heads, tails, parents, moved
 
 
 def fit(parts, shapes, times, is_seen, options):
@@ -49,22 +72,26 @@ def fit(parts, shapes, times, is_seen, options):
     begins = [each.point_cache.frame_start for each in itertools.chain(*modifiers) if each.type in rig_space.SIMULATING]
     ahead = range(min(begins, default=1 << 20), math.ceil(times[0]))  # simulations know a frame from the one before
     modifiers, ahead_of = [[each.name for each in group] for group in modifiers], iter(ahead)
+    rig, ways, poses = obj.meanvalue.bake.armature, [], []
 
     def see():
         if next(ahead_of, None) is not None:
             return
         row = len(worlds)
         worlds.append(np.array(obj.matrix_world, np.float64))
+        ways.append(np.eye(4) if rig is None else np.linalg.inv(np.array(rig.matrix_world, np.float64)) @ worlds[-1])
+        poses.append(rig and np.array([rig.pose.bones[bone.name].matrix for bone in _deforming(rig)]))
         for part, names, own in zip(parts, modifiers, shapes, strict=True):
             with rig_space.evaluating(part, names, alone=not is_seen) as evaluate:
                 own[row] = evaluate(own[row]).astype(np.float32)
 
     yield from frames.visit(bpy.context.scene, [*ahead, *times], see)
-    axes = np.array(worlds)[:, :3, :3]
+    axes = np.array(worlds if rig is None else ways[: None if options.its_motion else 1])[:, :3, :3]
     grams = np.swapaxes(axes, 1, 2) @ axes  # the same where it turns and moves alone, diagonal where nothing is oblique
-    if np.abs(grams - np.diag(np.diag(grams[0]))).max() > 1e-3 * grams.max():
-        remedy = "Keep its scale still, and that of its parents even"
-        raise SceneError(f"'{obj.name}' grows, or is sheared by its parents, which bones cannot show. {remedy}")
+    wanted = np.diag(np.diag(grams[0])) if rig is None else grams[0, 0, 0] * np.eye(3)
+    if np.abs(grams - wanted).max() > 1e-3 * grams.max():
+        remedy = "Keep its scale still, and that of its parents even" if rig is None else f"Apply that of '{rig.name}'"
+        raise SceneError(f"'{obj.name}' grows, or is scaled unevenly, which bones cannot show. {remedy}")
     places = [worn.to_carrier(obj, each) for each in parts]
     rests = [shape_keys.rest_positions(each.data) for each in parts]
     rest, *rows = (
@@ -81,6 +108,7 @@ def fit(parts, shapes, times, is_seen, options):
         error=None if options.bones else max(options.tolerance_share, 1e-3) / 100.0 * size,
         influences=options.influences,
         joints=options.skeleton,
+        armature=None if rig is None else _given(rig, np.array(ways), np.array(poses if options.its_motion else [])),
         execution=execution,
         refused=REFUSED,
     )
@@ -88,19 +116,22 @@ def fit(parts, shapes, times, is_seen, options):
         while not task.finished:
             task.wait(0.02)
             yield execution.progress
-        return session.call(task.result, refused=REFUSED), worlds
+        return session.call(task.result, refused=REFUSED), worlds, ways[0]
     finally:
         execution.cancel()
 
 
-def play(parts, found, worlds, times, is_seen, has_root):
+def play(parts, found, worlds, way, times, is_seen, options):
     """Has the bones found play in the parts, as of fit(). Returns (what was made, how near it is, notes), in words."""
-    taken = {group.name for each in parts for group in each.vertex_groups}
-    names = [vertex_groups.unused(f"Bone {number:02}", taken) for number in range(1, len(found.parents) + 1)]
-    to_rig = parts[0].matrix_world.inverted()  # before the bones' own motion: with parents where they are now
-    rig = _rig(parts[0], found, [vertex_groups.unused("Root", taken)] * has_root + names, times)
+    obj, rig = parts[0], parts[0].meanvalue.bake.armature
+    taken = {each.name for part in parts for each in part.vertex_groups}
+    to_rig = Matrix(way) @ obj.matrix_world.inverted()  # with parents where they are now
+    names = [f"Bone {number:02}" for number in range(1, len(found.parents) + 1)]
+    names = [bone.name for bone in _deforming(rig)] if rig else [vertex_groups.unused(name, taken) for name in names]
+    root = [vertex_groups.unused("Root", taken)] if options.root_bone and rig is None else []
+    rig = _rig(obj, found, root + names, way, times)
     if np.ptp(worlds, axis=0).any():
-        actions.write_motion(rig, times, worlds)
+        actions.write_motion(rig, times, worlds @ np.linalg.inv(way))
     weights = np.where(found.weights < LEAST_WEIGHT, 0.0, found.weights)
     off = found.errors.astype(np.float64) / bounding_box_diagonal(shape_keys.rest_positions(parts[0].data))
     notes, ends = [], np.cumsum([len(each.data.vertices) for each in parts[:-1]])
@@ -117,24 +148,29 @@ def play(parts, found, worlds, times, is_seen, has_root):
     return wording.counted(len(names), "bone"), near, notes
 
 
-def _rig(obj, found, names, times):
-    """An armature object where `obj` is, with the bones found and an action at these times."""
-    heads, tails, parents, transforms = found.heads, found.tails, found.parents, found.transforms
+def _rig(obj, found, names, way, times):
+    """An armature object with an action at these times, of the bones found, or a copy of the one that was chosen.
+    way: from the space of `obj` to its own."""
+    heads, tails, parents, chosen = found.heads, found.tails, found.parents, obj.meanvalue.bake.armature
+    transforms, back = way @ found.transforms @ np.linalg.inv(way), Matrix(np.linalg.inv(way))
     if len(names) > len(heads):  # the first goes along the ground as the first one found does
-        up, way = motion.unit(np.array(obj.matrix_world.inverted())[:3, 2]), transforms[:, 0, :3] @ [*heads[0], 1.0]
-        root = np.tile(np.eye(4), (len(way), 1, 1, 1))
-        root[:, 0, :3, 3] = (way - heads[0]) @ (np.eye(3) - np.outer(up, up))
+        up, line = motion.unit(np.array(obj.matrix_world.inverted())[:3, 2]), transforms[:, 0, :3] @ [*heads[0], 1.0]
+        root = np.tile(np.eye(4), (len(line), 1, 1, 1))
+        root[:, 0, :3, 3] = (line - heads[0]) @ (np.eye(3) - np.outer(up, up))
         heads, tails = [0.0 * up, *heads], [np.linalg.norm(tails[0] - heads[0]) * up, *tails]
         parents, transforms = [-1, *(parents + 1)], np.concatenate([root, transforms], axis=1)
-    data, layer = bpy.data.armatures.new(f"{obj.name} Armature"), bpy.context.view_layer
-    rig = bpy.data.objects.new(data.name, data)
+    data, layer = chosen.data.copy() if chosen else bpy.data.armatures.new("Armature"), bpy.context.view_layer
+    rig = bpy.data.objects.new(f"{obj.name} Armature", data)
+    data.name, data.pose_position = rig.name, 'POSE'
     bpy.context.scene.collection.objects.link(rig)  # others may be hidden, where nothing has an Edit Mode
     views.show_in_local_views(rig, obj)
-    rig.matrix_world, rig.show_in_front = obj.matrix_world, True
+    rig.matrix_world, rig.show_in_front = obj.matrix_world @ back, True
     active, layer.objects.active = layer.objects.active, rig
     bpy.ops.object.mode_set(mode='EDIT')
-    bones = [data.edit_bones.new(name) for name in names]
-    for bone, head, tail, parent in zip(bones, heads, tails, parents, strict=True):
+    bones = [data.edit_bones.get(name) or data.edit_bones.new(name) for name in names]
+    for bone in data.edit_bones:
+        bone.use_inherit_rotation = bone.use_local_location = True
+    for bone, head, tail, parent in zip(bones, heads, tails, parents, strict=True) if chosen is None else ():
         bone.head, bone.tail, bone.parent = head, tail, bones[parent] if parent >= 0 else None
     bpy.ops.object.mode_set(mode='OBJECT')
     layer.objects.active = active

@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids
-from ...scene import actions, baked, declarations, key_marks, pose_key, rig_space, shape_keys
+from ...scene import actions, baked, declarations, key_marks, pose_key, rig_space, shape_keys, vertex_groups
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -55,6 +55,10 @@ def play_keys(obj, times, shapes):
 def play_bones(obj, rig, to_rig, names, weights, is_seen):
     """An armature modifier and vertex groups, n x b weights. Modifiers and kept poses are off; if is_seen all keys.
     Yields notes. to_rig: from the world into its space."""
+    taken = {*obj.vertex_groups.keys(), *rig.data.bones.keys()}
+    former = {name: vertex_groups.unused(name, taken) for name in names if name in obj.vertex_groups}
+    for name, other in former.items():
+        obj.vertex_groups[name].name = other
     groups = [obj.vertex_groups.new(name=name) for name in names]
     for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
         groups[number].add((vertex,), weights[vertex, number], 'REPLACE')
@@ -69,7 +73,7 @@ def play_bones(obj, rig, to_rig, names, weights, is_seen):
     modifier.object, modifier.use_bone_envelopes = rig, False
     keys = obj.data.shape_keys
     _hide_result(obj, keys.key_blocks[1:] if is_seen and keys else key_marks.of_role(keys, key_marks.Role.KEPT))
-    record.target, record.modifier, record.rig = TO_BONES, modifier.name, rig
+    record.target, record.modifier, record.rig, record.former_groups = TO_BONES, modifier.name, rig, json.dumps(former)
     if any(each.type in rig_space.SIMULATING and each.show_viewport for each in obj.modifiers[end:]):
         yield f"'{obj.name}' is simulated on top. To have that in bones, bake to a point cache first, and keep it"
     holder = obj.parent
@@ -89,6 +93,9 @@ def _remove_bones(obj, record):
     for bone in rig.data.bones if rig is not None and not is_shared else ():
         if shape_keys.MADE in bone and bone.name in obj.vertex_groups:  # which are renamed with their bones
             obj.vertex_groups.remove(obj.vertex_groups[bone.name])
+    for name, other in json.loads(record.former_groups or "{}").items():
+        if other in obj.vertex_groups and name not in obj.vertex_groups:
+            obj.vertex_groups[other].name = name
     if record.parent is not None and obj.parent == rig:
         obj.parent, obj.matrix_parent_inverse = record.parent, Matrix(json.loads(record.parent_inverse))
     moved = {getattr(modifier, "object", None) for each in bpy.data.objects for modifier in each.modifiers}
