@@ -41,9 +41,8 @@ POSE_NODES_MARK = "meanvalue_pose"
 HOME_ATTRIBUTE = "meanvalue_home"
 OFFSET_ATTRIBUTE = "meanvalue_offset"
 
-#: Vertex groups that the add-on makes.
+#: Vertex group that the add-on makes.
 REGION_GROUP = "Region"
-LEFT_OVER_GROUP = "Wrap Left Over"
 
 #: The solver's methods (`method` of the native Deformer), and its default rigidity.
 METHOD_FAST = "fast"

@@ -3,7 +3,7 @@
 
 import bpy
 
-from .. import ids, wording
+from .. import wording
 from ..errors import SceneError
 from ..scene import subject
 from ..widgets import picking
@@ -72,10 +72,6 @@ class MEANVALUE_OT_pick_wrap_pairs(picking.PickingOperator, bpy.types.Operator):
         return f"Vertex {self.vertex} belongs there on '{target.name}': {wording.counted(len(pairs), 'pair')}", []
 
 
-#: Vertices that end farther away are put in a group, as a share of the other mesh's size.
-LEFT_OVER = 0.005
-
-
 class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
     """Fit the mesh onto another one, which may have other faces: its shape becomes a shape key here"""
 
@@ -101,13 +97,8 @@ class MEANVALUE_OT_wrap(BackgroundOperator, bpy.types.Operator):
         return message, [*notes, *subject.sharing_notes(obj)]
 
     def _wrapped(self, obj, target, prepared, wrapped):
-        size = prepared.given.diagonal
-        name, left_over = wrap_scene.write(obj, target, wrapped, prepared.whole, LEFT_OVER * size)
-        distance = wrapped.distance[prepared.given.used] / size
-        notes = []
-        if left_over:
-            left = f"{wording.vertices(left_over)} are farther than {LEFT_OVER:.1%}"
-            notes.append(f"{left}: they are in the vertex group '{ids.LEFT_OVER_GROUP}'. Pick more pairs there")
+        name, notes = wrap_scene.write(obj, target, wrapped, prepared.whole), []
+        distance = wrapped.distance[prepared.given.used] / prepared.given.diagonal
         if wrapped.flipped:
             flipped = wording.counted(wrapped.flipped, "triangle is", "triangles are")
             notes.append(f"{flipped} turned over. Pick pairs where they crowd")

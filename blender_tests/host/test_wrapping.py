@@ -12,8 +12,7 @@ from support.wrap_calls import wrapped
 
 from addon.errors import SceneError
 from addon.scene.surface import Surface
-from addon.wrapping.bridge.wrapping import Wrap
-from addon.wrapping.core.wrap_input import WrapInput
+from addon.wrapping.bridge.wrapping import Wrap, WrapInput
 from native.benchmarks import shape_metrics
 from native.benchmarks.rigid import rotation_about
 

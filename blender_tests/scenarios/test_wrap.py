@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wrap by its operators: pairs, the shape key, what is left over, refusals."""
+"""Wrap by its operators: pairs, the shape key, refusals."""
 
 import bpy
 import numpy as np
@@ -75,7 +75,6 @@ def test_the_other_shape_is_a_shape_key_in_the_mesh_s_own_space(two):
     radius = np.linalg.norm(own / (1.0, 1.2, 1.6), axis=1)
     assert abs(radius - 1.0).mean() < 0.012, "facets of the egg are no farther in"
     np.testing.assert_allclose(own[:5], np.array(list(PAIRS.values())) * (1.0, 1.2, 1.6), atol=0.02)
-    assert "Wrap Left Over" not in obj.vertex_groups
     assert len(obj.data.vertices) == len(basis)
 
 
@@ -114,18 +113,6 @@ def test_a_mirrored_target_and_its_modifiers_count(two):
         found, place, *_ = evaluated.closest_point_on_mesh(other.matrix_world.inverted() @ Vector(point))
         assert found
         assert (other.matrix_world @ place - Vector(point)).length < 0.01
-
-
-def test_what_is_left_over_is_in_a_group():
-    """A ball with a long spike onto a ball without."""
-    other = ball("Plain", 14, 20)
-    obj = ball("Spiked", 20, 28)
-    obj.data.vertices[0].co = (0.0, 0.0, 1.9)
-    bpy.context.view_layer.update()
-    other.select_set(True)
-    assert bpy.ops.meanvalue.wrap() == {'FINISHED'}
-    group = obj.vertex_groups["Wrap Left Over"].index
-    assert [v.index for v in obj.data.vertices if group in [e.group for e in v.groups]] == [0]
 
 
 @pytest.mark.parametrize(

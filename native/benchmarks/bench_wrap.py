@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "blender_tests")]
 from support import mesh_files, wrap_calls  # noqa: E402
 
 from addon.scene.surface import Surface  # noqa: E402
-from addon.wrapping.core.wrap_input import WrapInput  # noqa: E402
+from addon.wrapping.bridge.wrapping import WrapInput  # noqa: E402
 from native.benchmarks import reporting, shape_metrics  # noqa: E402
 
 #: Vertices of both: finger tips, toes, heels, top and nose; joints of the limbs; the trunk; ears, lips, chin and lids.

@@ -2,7 +2,6 @@
 """The poses of bones that shape keys are for, stored with them; and keys for the other side."""
 
 import itertools
-import re
 import zlib
 
 import bpy
@@ -22,9 +21,6 @@ POSES, BONES = "meanvalue_poses", "meanvalue_bones"
 #: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Of the size of the rig: how near
 #: a bone is to the image of the one across.
 LEAST_TURN, SAME_PLACE = 0.005, 1e-3
-
-#: What drove a key in files of before there were bands: one bone, by its angle.
-BEFORE_BANDS = r"clamp\(turn / ([-+.e\d]+)\)"
 
 
 def turns_now(obj, key):
@@ -77,13 +73,8 @@ def _variable(bone):
 
 def pose_of(key, rig=None):
     """{bone: Quaternion} that the key is for; empty if that is not known, or of bones that `rig` has no more."""
-    pose, curve = key.id_data.get(POSES, {}).get(repr(key.slider_min)), actions.driver_of(key)
-    found = {name: Quaternion(turn) for name, turn in (pose or {}).items()}
-    angle = curve and pose is None and re.fullmatch(BEFORE_BANDS, curve.driver.expression)
-    if angle:
-        target = curve.driver.variables[0].targets[0]
-        axis = [float(target.transform_type == f"ROT_{each}") for each in "XYZ"]
-        found = {target.bone_target: Quaternion(axis, float(angle[1]))}
+    pose = key.id_data.get(POSES, {}).get(repr(key.slider_min), {})
+    found = {name: Quaternion(turn) for name, turn in pose.items()}
     return found if rig is None or all(name in rig.pose.bones for name in found) else {}
 
 

@@ -19,7 +19,7 @@ from ...errors import SceneError, require_none
 from ...scene import actions, key_marks, pose_key, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 from ..bridge import key_poses
-from ..bridge.key_poses import BEFORE_BANDS, LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
+from ..bridge.key_poses import LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
 
 #: Squared distances: below the first two poses are one, and below the second, of 10 degrees, keys show at each other's.
 SAME, NEAR = 1e-5, 0.03
@@ -27,7 +27,7 @@ SAME, NEAR = 1e-5, 0.03
 #: Poses of a group, and factors in an expression, of which Blender keeps 255 characters.
 MOST_POSES, FACTORS = 12, 5
 
-_OURS = re.compile(rf"u\d+/\(u0(\+u\d+)*\)|{BEFORE_BANDS}")
+_OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)")
 
 
 def is_driven(key):

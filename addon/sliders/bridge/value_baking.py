@@ -16,8 +16,8 @@ from ...posing.bridge import scene_input, targets
 from ...scene import frames, pose_key, shape_keys
 from ...scene.core import motion, point_sets
 from ...solver import session
-from ..core.key_drive import DriveInput
 from . import head_motion, key_shapes
+from .driven_keys import DriveInput
 
 #: Fewer leave open how the head is turned.
 LEAST_MARKERS = 3

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ... import ids, wording
+from ... import wording
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups
 from ...scene.core import motion, point_sets, welding, whole_mesh
@@ -21,8 +21,7 @@ from ...scene.views import COLORS
 from ...solver import native_loader, session
 from ...solver.core.fingerprint import digest
 from ...widgets.overlay import NOTHING, Lines, draw_lines
-from ..core.wrap_input import LEAST_PAIRS, WrapInput
-from .wrapping import COSINE, Wrap
+from .wrapping import COSINE, LEAST_PAIRS, Wrap, WrapInput
 
 
 class OfTwo:
@@ -112,12 +111,9 @@ def whole_of(obj):
     return whole, whole.triangles(mesh_arrays.triangles(obj.data, rest))
 
 
-def write(obj, target, wrapped, whole, tolerance):
-    """The shape of Wrapped, of the whole, as a shape key at value 1, and the group of what is farther than `tolerance`.
-
-    The key of the last wrap is written again; if it was edited meanwhile it is the artist's, and gets value 0.
-    Returns (the key's name, how many vertices are in the group).
-    """
+def write(obj, target, wrapped, whole):
+    """The shape of Wrapped, of the whole, as a shape key at value 1. Returns its name. The key of the last wrap is
+    written again; if it was edited meanwhile it is the artist's, and gets value 0."""
     shape = motion.apply(np.linalg.inv(subject.to_world(obj)), wrapped.positions)
     shape = np.asarray(whole.cut_back(shape), np.float32)
     key = _last(obj) or shape_keys.add_shape(obj, target.name, shape)
@@ -125,13 +121,7 @@ def write(obj, target, wrapped, whole, tolerance):
     key_marks.claim(key)
     shape_keys.write_positions(obj.data, key, shape)
     shape_keys.show_fully(obj.data.shape_keys, key)
-    left_over = wrapped.distance[whole.places] > tolerance
-    group = obj.vertex_groups.get(ids.LEFT_OVER_GROUP)
-    if group is None and left_over.any():
-        group = obj.vertex_groups.new(name=ids.LEFT_OVER_GROUP)
-    if group is not None:
-        vertex_groups.replace_weights(obj, group, left_over)
-    return key.name, np.count_nonzero(left_over)
+    return key.name
 
 
 def _last(obj):
