@@ -5,7 +5,7 @@ bound says in `version` how many of MIGRATIONS it does not need any more; all el
 import bpy
 
 from .. import compat, ids, wording
-from ..scene import kept, mirrors, pose_key, shape_keys, subject, views
+from ..scene import kept, key_marks, mirrors, shape_keys, subject, views
 from .bridge import control_places, controls, region, scene_input
 from .properties import MEANVALUE_PG_handle
 
@@ -48,7 +48,7 @@ def _from_0_1(obj, stored):
     keys, name = obj.data.shape_keys, stored.pop("former_result", "")
     result = keys.key_blocks.get(name) if name and keys is not None else None
     if result is not None and result != keys.reference_key:
-        pose_key.adopt(settings, result)
+        key_marks.adopt(settings, result)
     if stored.pop("roi_invert", False) and settings.roi_group in obj.vertex_groups:
         rest = shape_keys.rest_positions(obj.data)
         held = scene_input.effective_region(region.weights(obj), kept.copies(obj, rest), mirrors.partners(obj, rest))

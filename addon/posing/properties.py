@@ -8,7 +8,7 @@ from bpy import props
 from .. import ids
 from ..errors import SceneError
 from ..live import engine
-from ..scene import along, pose_key, vertex_groups, worn
+from ..scene import along, key_marks, vertex_groups, worn
 from ..scene.declarations import aside, tell
 from .bridge import controls
 from .live import follower
@@ -278,8 +278,8 @@ class Settings:
     result_key: props.StringProperty(
         name="Result",
         description="Shape key that Solve and Live write, made if it is missing",
-        get=pose_key.get_name,
-        set=pose_key.choose,
+        get=key_marks.get_name,
+        set=key_marks.choose,
         update=tell,
     )
     result_name: aside(props.StringProperty)(default=ids.DEFAULT_RESULT_KEY, options={'HIDDEN'})  # as it was last

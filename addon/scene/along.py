@@ -14,7 +14,7 @@ from .. import compat
 from ..errors import MeanValueError
 from ..solver import native_loader, session
 from ..solver.core.fingerprint import digest
-from . import actions, kept, key_marks, mesh_arrays, mirrors, object_model, pose_key, shape_keys, subject, worn
+from . import actions, kept, key_marks, mesh_arrays, mirrors, object_model, shape_keys, subject, worn
 from .core import motion, welding
 from .core.point_sets import bounding_box_diagonal, require_finite
 from .key_marks import Role
@@ -250,7 +250,7 @@ def keep(obj, key):
 def remove_pose(*objects):
     """Takes their result keys away, with the Basis if that was made for them."""
     for each in objects:
-        shape_keys.remove(each, pose_key.names(each))
+        shape_keys.remove(each, key_marks.pose_names(each))
         shape_keys.remove_lone_basis(each)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import compat, wording
 from ..rooms import ALL
-from . import along, mesh_arrays, pose_key, shape_keys, subject
+from . import along, key_marks, mesh_arrays, shape_keys, subject
 from .core import motion
 from .core.motion import unit
 from .surface import Surface
@@ -28,7 +28,7 @@ def _become(obj, shape):
     reference = mesh.shape_keys.reference_key
     offset = shape - shape_keys.positions(reference)
     follow(obj, shape - offset, shape)
-    apart = {reference, shape_keys.result(obj), *pose_key.replacing(obj)}
+    apart = {reference, shape_keys.result(obj), *key_marks.replacing(obj)}
     carried = []
     for key in mesh.shape_keys.key_blocks:
         if adds_to(key, reference, apart):

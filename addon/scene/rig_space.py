@@ -19,7 +19,7 @@ import numpy as np
 from .. import compat, wording
 from ..errors import SceneError
 from ..rooms import ALL
-from . import mesh_arrays, pose_key, pose_objects, shape_keys, views
+from . import key_marks, mesh_arrays, pose_objects, shape_keys, views
 from .baked import hidden, names_in
 from .core.point_sets import bounding_box_diagonal
 from .core.seen_space import SeenSpace
@@ -243,7 +243,7 @@ def _counts(obj, key):
 def _pose_keys(obj):
     """Names of the keys that are not beside the pose: what holds it, held it, or plays a bake."""
     settings = obj.meanvalue
-    names = {*pose_key.names(obj), *(key.name for key in pose_key.replacing(obj))}
+    names = {*key_marks.pose_names(obj), *(key.name for key in key_marks.replacing(obj))}
     if settings.baked.target and settings.baked.keys:
         names.update(names_in(settings.baked.keys))
     for shown in ALL.shown_keys:

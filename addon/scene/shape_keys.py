@@ -7,11 +7,10 @@ import numpy as np
 from .. import compat, ids, wording
 from ..errors import SceneError
 from ..rooms import ALL
-from . import key_marks, mesh_arrays, pose_key
+from . import key_marks, mesh_arrays
 from .baked import names_in
 from .core.point_sets import bounding_box_diagonal, require_finite
-from .key_marks import Role
-from .pose_key import result, sharing
+from .key_marks import Role, result, sharing
 
 #: Why nothing of a pose is to be seen; each begins a sentence.
 BAKE_PLAYS = "A bake plays in place of the pose. Press Remove Bake to see the pose again, or bake it anew"
@@ -83,7 +82,7 @@ def absolute_problem(obj):
 
 def result_problem(obj):
     """Why the result cannot go to the shape key that the settings name, or None. Cheap enough for drawing."""
-    name, keys = pose_key.get_name(obj.meanvalue), obj.data.shape_keys
+    name, keys = key_marks.get_name(obj.meanvalue), obj.data.shape_keys
     if not name.strip():
         return "The result has no name. Fill in Result, the shape key to write"
     if absolute_problem(obj):
@@ -100,12 +99,12 @@ def ensure_result_key(obj):
     if key is None:
         key = add_shape(obj, settings.result_key, rest_positions(obj.data) if obj.data.shape_keys else None)
     if key != result(obj):
-        pose_key.adopt(settings, key)
+        key_marks.adopt(settings, key)
     key_marks.claim(key)
     settings.result_name = key.name
     show_fully(obj.data.shape_keys, key)
     if obj.meanvalue.baked.target:
-        pose_key.show(key, None)  # else the mesh would be moved twice
+        key_marks.show(key, None)  # else the mesh would be moved twice
     why_hidden = why_result_is_hidden(obj)
     return [why_hidden] if why_hidden else []
 
@@ -129,7 +128,7 @@ def made_names(obj):
     keys = obj.data.shape_keys
     names = {key.name for key in key_marks.of_role(keys, Role.MIX, Role.RIG_POSE, Role.CORRECTIVE)}
     shared = (obj, *sharing(obj))
-    return names.union(*((*pose_key.names(each), *names_in(each.meanvalue.baked.keys)) for each in shared))
+    return names.union(*((*key_marks.pose_names(each), *names_in(each.meanvalue.baked.keys)) for each in shared))
 
 
 def rig_poses(obj):
@@ -150,10 +149,10 @@ def write_positions(mesh, key, shape):
 
 def write_result(obj, result):
     """Writes n x 3 float32 `result` to the result key and shows it. Returns notes as ensure_result_key()."""
-    key = pose_key.result(obj)
+    key = key_marks.result(obj)
     note = (keep_edit(obj, positions(key))[1] or keep_joined(obj, result)) if key is not None else None
     notes = ensure_result_key(obj)
-    write_positions(obj.data, pose_key.result(obj), result)
+    write_positions(obj.data, key_marks.result(obj), result)
     return [*notes, note] if note else notes
 
 
@@ -231,7 +230,7 @@ def show_fully(keys, key):
     key.vertex_group = ""
     key.slider_min = min(key.slider_min, 0.0)
     key.slider_max = max(key.slider_max, 1.0)
-    pose_key.show(key, 1.0)
+    key_marks.show(key, 1.0)
 
 
 def add_shape(obj, name, shape):
@@ -287,7 +286,7 @@ def why_result_is_hidden(obj):
     if key.mute:
         return f"Shape key '{key.name}' is muted, so the pose does not show. Tick it in Object Data Properties"
     if key.value != 1.0:
-        fading = [each.name for each in pose_key.replacing(obj) if each.value]
+        fading = [each.name for each in key_marks.replacing(obj) if each.value]
         remedy = f"Put the slider of {wording.quoted(fading)} to 0" if fading else "Set it to 1"
         return f"Shape key '{key.name}' has the value {key.value:.2f}, so the pose shows in part. {remedy}"
     return None

@@ -8,7 +8,7 @@ import numpy as np
 from ...errors import SceneError, require_none
 from ...posing.bridge import examples, targets
 from ...posing.bridge.scene_input import Posing
-from ...scene import actions, baked, frames, key_marks, pose_key, rig_space, vertex_groups, views
+from ...scene import actions, baked, frames, key_marks, rig_space, vertex_groups, views
 from ...scene.core.key_shapes import KeyShapes
 from .clips import HandleClip
 
@@ -29,7 +29,7 @@ def row(obj, bind_input):
         raise SceneError(f"'{obj.name}' or a control is scaled to nothing. Give it a size") from error
     places, _held_back = targets.within_reach(obj, bind_input, placed)
     handles = np.column_stack([places, targets.influences(obj, bind_input)])
-    keys, fading = obj.data.shape_keys, pose_key.replacing(obj)
+    keys, fading = obj.data.shape_keys, key_marks.replacing(obj)
     off = json.loads(obj.meanvalue.baked.muted or "{}")  # by the last bake, until this one is done
     shown = {*fading, *key_marks.of_role(keys, key_marks.Role.KEPT)} if keys else ()
     kept = {key.name: _value(key, off) for key in shown if key.name in off or (key in fading and not key.mute)}

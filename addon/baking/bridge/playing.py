@@ -8,7 +8,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import compat, ids
-from ...scene import actions, baked, declarations, key_marks, pose_key, rig_space, shape_keys, vertex_groups
+from ...scene import actions, baked, declarations, key_marks, rig_space, shape_keys, vertex_groups
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
 from ...scene.core import sample_times
 
@@ -141,7 +141,7 @@ def take_back(obj):
     for name in muted if obj.data.shape_keys is not None else ():
         key = obj.data.shape_keys.key_blocks.get(name) if name else shape_keys.result(obj)
         if key is not None:
-            pose_key.show(key, values.get(name, key.value))
+            key_marks.show(key, values.get(name, key.value))
     was_live, was_mixed, kind = record.was_live, record.was_mixed, baked.source(obj)
     declarations.clear(record)
     if was_live:
@@ -176,4 +176,4 @@ def _hide_result(obj, more=()):
     named = {name: each for name, each in named.items() if not each.mute}
     record.muted = json.dumps({name: each.value for name, each in named.items()})
     for each in named.values():
-        pose_key.show(each, None)
+        key_marks.show(each, None)

@@ -9,7 +9,7 @@ import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 from ...errors import SceneError
-from ...scene import actions, along, kept, key_marks, mesh_arrays, pose_key, rig_space, shape_keys, vertex_groups
+from ...scene import actions, along, kept, key_marks, mesh_arrays, rig_space, shape_keys, vertex_groups
 from ...scene.core import whole_mesh
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
@@ -51,7 +51,7 @@ def follow_bones(obj, new=()):
     """Stored poses have bones by the names of now, and `new` ones are added. Blender renames bones in drivers: so a
     muted driver has all that are stored as variables."""
     keys, rig, names = obj.data.shape_keys, rig_space.armature(obj), {}
-    for owner in (*pose_key.sharing(obj), obj):
+    for owner in (*key_marks.sharing(obj), obj):
         curve = owner.animation_data and owner.animation_data.drivers.find(f'["{BONES}"]')
         names |= {each.name: each.targets[0].bone_target for each in curve.driver.variables} if curve else {}
     marks = {repr(each.slider_min) for each in keys.key_blocks}

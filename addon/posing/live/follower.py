@@ -7,7 +7,7 @@ import numpy as np
 from ... import wording
 from ...live import roll
 from ...live.following import Following
-from ...scene import actions, along, mesh_arrays, pose_key, rig_space, shape_keys, views
+from ...scene import actions, along, key_marks, mesh_arrays, rig_space, shape_keys, views
 from ...solver import session
 from ...solver.core import result
 from ..bridge import controls, scene_input, targets
@@ -104,7 +104,7 @@ class Follower(Following):
 
     def _do_chores(self, obj):
         self._targets.catch_up(obj, self._input)
-        pose_key.give_way(obj)
+        key_marks.give_way(obj)
         along.pose(obj, self._model(obj).written)
 
     def _write(self, obj, shape):

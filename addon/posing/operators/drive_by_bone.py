@@ -16,7 +16,7 @@ from mathutils import Quaternion, Vector
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import actions, key_marks, pose_key, rig_space, shape_keys, subject
+from ...scene import actions, key_marks, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 from ..bridge import key_poses
 from ..bridge.key_poses import LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
@@ -82,7 +82,7 @@ def drive(obj, more, without=()):
         key.driver_remove("value")
     rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
     used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
-    for owner in (obj, *pose_key.sharing(obj)):
+    for owner in (obj, *key_marks.sharing(obj)):
         ours = [name for name in owner.keys() if re.match(ids.DRIVE_BY_POSE + r" \d+: (distance|pose) ", name)]  # noqa: SIM118
         for name in [name for name in ours if name.split(":")[0] not in used]:
             owner.driver_remove(f'["{name}"]')

@@ -8,7 +8,7 @@ import numpy as np
 from ... import ids, wording
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, along, declarations, key_marks, new_rest, pose_key, shape_keys, subject, vertex_groups
+from ...scene import actions, along, declarations, key_marks, new_rest, shape_keys, subject, vertex_groups
 from ...scene.core import point_sets
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
@@ -105,7 +105,7 @@ class MEANVALUE_OT_keep_pose(SettledOperator, bpy.types.Operator):
         obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)  # the panel shows its slider
         handles = targets.followed_handles(obj)
         if any(actions.is_animated(each.control) or len(controls.mover(each).constraints) for each in handles):
-            how = "fades" if pose_key.give_way(obj, key) else "has its own keyframes or driver, and does not fade"
+            how = "fades" if key_marks.give_way(obj, key) else "has its own keyframes or driver, and does not fade"
             return f"The pose is kept as shape key '{name}', at value 0. The handles' pose {how} as you raise it", notes
         engine.look_again(obj)
         with engine.held():

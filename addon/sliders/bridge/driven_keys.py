@@ -13,7 +13,7 @@ from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...posing.bridge import scene_input, targets
 from ...posing.core.bind_input import BindInput
 from ...posing.live.follower import Follower
-from ...scene import actions, key_marks, mesh_arrays, object_model, pose_key, shape_keys, vertex_groups
+from ...scene import actions, key_marks, mesh_arrays, object_model, shape_keys, vertex_groups
 from ...scene.core import welding
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.whole_mesh import reflection
@@ -65,7 +65,7 @@ def chosen(obj):
     """Drive was chosen. The result, which posing by its shape writes, is not to be added to what keys show."""
     result = shape_keys.result(obj)
     if result is not None and result != obj.data.shape_keys.reference_key:
-        pose_key.show(result, None if is_on(obj) else 1.0)
+        key_marks.show(result, None if is_on(obj) else 1.0)
     obj.update_tag()
 
 

@@ -13,7 +13,7 @@ from ...baking.core import bake_times
 from ...capture.bridge import marker_matching, match_input
 from ...errors import ChangedMeanwhileError, SceneError
 from ...posing.bridge import scene_input, targets
-from ...scene import frames, pose_key, shape_keys
+from ...scene import frames, key_marks, shape_keys
 from ...scene.core import motion, point_sets
 from ...solver import session
 from . import head_motion, key_shapes
@@ -200,7 +200,7 @@ class ValueBaking:
         obj.meanvalue.live = False
         result = shape_keys.result(obj)
         if result is not None and result.name not in self.curves and not result.mute and result.value:
-            pose_key.show(result, None)
+            key_marks.show(result, None)
             notes.append(f"Shape key '{result.name}' is muted, so that it is not added to the values")
         if obj.meanvalue.baked.target:
             notes.append(shape_keys.BAKE_PLAYS)
