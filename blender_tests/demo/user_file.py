@@ -11,11 +11,11 @@ from mathutils.kdtree import KDTree
 from . import DemoError, photograph, pose, scene_mesh
 from .arguments import UP_AXES
 from .off_file import read_off
-from .subject import Subject, bent_chord
+from .subject import Subject, View, bent_chord
 
 #: How much of the figure, from below, are feet; of the size how far its surroundings
 #: follow, and where it bends; how it is lifted.
-FEET, LIMB, BEND, LIFT_DEG = 0.2, 0.3, 0.22, 55.0
+FEET, LIMB, BEND, LIFT_DEG, ASIDE_DEG = 0.2, 0.3, 0.22, 55.0, 70.0
 #: Of the size: what is no farther from what moves would go along.
 NEAR = 0.02
 CLAY_COLOUR = (0.58, 0.54, 0.48)
@@ -35,11 +35,13 @@ def user_subject(options):
     obj = load(options)
     prepare(obj, options.up)
     title = f"{options.file.name}, what reaches out farthest is lifted"
-    return Subject(title, options.file.stem, obj, grab=farthest_lifted(obj), companions=companions(obj))
+    view, grab = farthest_lifted(obj)
+    return Subject(title, options.file.stem, obj, view=view, grab=grab, companions=companions(obj))
 
 
 def farthest_lifted(obj):
-    """The `grab` of a Subject: what is farthest from the middle of the figure to one side, but for its feet."""
+    """The view and the `grab` of a Subject: what is farthest from the middle of the figure to one side, but for its
+    feet, is lifted, seen from aside, rather from the front."""
     seen = pose.seen_in_world(obj)[: len(obj.data.vertices)]
     low, high = seen.min(axis=0), seen.max(axis=0)
     size = np.linalg.norm(high - low)
@@ -53,7 +55,9 @@ def farthest_lifted(obj):
     root = points[limb[away[limb] >= 0.9 * away[limb].max()]].mean(axis=0)
     axis = np.cross(seen[vertex] - root, (0.0, 0.0, 1.0))
     target = bent_chord(seen[vertex], root, axis / np.linalg.norm(axis), np.radians(LIFT_DEG))
-    return vertex, tuple(target - seen[vertex]), LIMB
+    outwards = np.degrees(np.arctan2(out[vertex, 0], -out[vertex, 1]))
+    view = View(azimuth_deg=min((outwards - ASIDE_DEG, outwards + ASIDE_DEG), key=abs))
+    return view, (vertex, tuple(target - seen[vertex]), LIMB)
 
 
 def rig_of(obj):

@@ -208,7 +208,7 @@ Task start_solve_in_drag(const Drag& drag, const py::object& targets, std::optio
 std::optional<py::array_t<double>> draft_of(const Drag& drag, const py::object& targets) {
     if (!drag.drag) throw ::meanvalue::InvalidInput("the drag has ended; begin another with Deformer.drag()");
     const PositionsArray goal(targets, "targets");
-    const Drag held = drag;  // it may be ended meanwhile
+    const Drag held = drag;  // it may be ended meanwhile; NOLINT(performance-unnecessary-copy-initialization)
     const auto execution = std::make_shared<Execution>();
     const auto make = [&] { return held.drag->draft(goal.view(), 1, *execution); };
     std::optional<Positions> draft;

@@ -92,6 +92,7 @@ Task start_solve_sequence(const std::shared_ptr<SliderFit>& fit, const py::objec
             message("targets has ", array.shape(2), " coordinates; give an array of shape (frames, anchors, 3)"));
     }
     std::vector<Positions> frames;
+    frames.reserve(static_cast<std::size_t>(array.shape(0)));
     for (py::ssize_t f = 0; f < array.shape(0); ++f) {
         frames.emplace_back(Eigen::Map<const Positions>(array.data() + f * array.shape(1) * 3, array.shape(1), 3));
     }

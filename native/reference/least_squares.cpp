@@ -18,6 +18,7 @@ constexpr int kPasses = 4;
 
 void require_short_rings(const Setup& setup) {
     std::vector<Index> neighbours;
+    neighbours.reserve(setup.unknowns.rows.size());
     for (const Index v : setup.unknowns.rows) {
         neighbours.push_back(static_cast<Index>(std::count_if(
             setup.rings.begin(v), setup.rings.end(v), [&](Index j) { return setup.unknowns.number[j] >= 0; })));

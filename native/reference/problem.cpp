@@ -28,6 +28,7 @@ Setup set_up(const Problem& problem, Execution& execution) {
     for (std::size_t k = 0; k < problem.anchors.size(); ++k)
         setup.start.row(problem.anchors[k]) = problem.targets.row(k);
     std::vector<Similarity> fits;
+    fits.reserve(setup.components.fixed.size());
     for (const std::vector<Index>& fixed : setup.components.fixed)
         fits.push_back(fixed.empty() ? Similarity{} : fit_similarity(problem.vertices, setup.start, fixed));
     setup.carried = problem.vertices;

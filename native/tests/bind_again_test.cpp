@@ -160,6 +160,7 @@ TEST(BindAgain, SeveralAtOnceShareOneEarlierDeformer) {
     }
     std::vector<Positions> found(handles.size());
     std::vector<std::thread> threads;
+    threads.reserve(handles.size());
     for (std::size_t k = 0; k < handles.size(); ++k) {
         threads.emplace_back([&, k] {
             const auto again = bound(handles[k].binding(deformer->binding_again()), deformer.get());

@@ -20,6 +20,7 @@ struct Shapes {
 
     std::vector<Encoding> encodings(Execution& execution) const {
         std::vector<Encoding> result;
+        result.reserve(positions.size());
         for (const Positions& shape : positions)
             result.push_back(encode(rings_of({"", positions[0], faces}), shape, 1, execution));
         return result;

@@ -32,6 +32,7 @@ struct Drag {
     std::vector<Positions> run(Deformer& deformer) const {
         Deformer::Drag drag(deformer, PositionsView(mesh.vertices));
         std::vector<Positions> shapes;
+        shapes.reserve(frames.size());
         for (const Positions& targets : frames)
             shapes.push_back(solve_next(drag, targets).vertices);
         return shapes;
@@ -43,10 +44,12 @@ TEST(SideBySide, ColdSolvesHaveTheBitsOfOneAfterTheOther) {
         const Drag poses(0.4, 3, method == Method::kFast ? capped_tube(40, 60, 8.0) : capped_tube(12, 25, 8.0));
         const auto deformer = poses.bound(method);
         std::vector<Positions> expected;
+        expected.reserve(poses.frames.size());
         for (const Positions& targets : poses.frames)
             expected.push_back(solve(*deformer, targets).vertices);
         std::vector<std::vector<Positions>> found(4, std::vector<Positions>(poses.frames.size()));
         std::vector<std::thread> threads;
+        threads.reserve(found.size());
         for (std::size_t number = 0; number < found.size(); ++number) {
             threads.emplace_back([&, number] {
                 for (std::size_t k = 0; k < poses.frames.size(); ++k) {

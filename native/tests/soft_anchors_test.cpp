@@ -38,6 +38,7 @@ std::vector<double> mixed(std::size_t count, double strength) {
 std::vector<double> soft_above(const Pose& pose, double strength) {
     const double middle = 0.5 * pose.mesh.vertices.col(2).maxCoeff();
     std::vector<double> strengths;
+    strengths.reserve(pose.anchors.size());
     for (const Index v : pose.anchors)
         strengths.push_back(pose.mesh.vertices(v, 2) > middle ? strength : kHard);
     return strengths;

@@ -87,7 +87,7 @@ class BoneFitting {
         std::iota(sample.first.begin(), sample.first.end(), 0);
         sample.threads = skin_.threads;
         split_bones(sample, count, execution_);
-        static_cast<Bones&>(skin_) = sample;
+        static_cast<Bones&>(skin_) = std::move(sample);
         skin_.weights.assign(skin_.vertex_count() * skin_.influences, {});
         fit_weights(skin_, execution_);
         alternate(kFreeRounds, 0.2, 0.4);
@@ -115,7 +115,7 @@ class BoneFitting {
             const double wanted = bones * error / (kAimedAt * options_.error);
             bones = static_cast<Index>(std::clamp(std::round(wanted), failed + 1.0, enough - 1.0));
         }
-        static_cast<Bones&>(skin_) = best;
+        static_cast<Bones&>(skin_) = std::move(best);
     }
 
     void take_armature() {

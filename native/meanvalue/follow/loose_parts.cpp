@@ -35,6 +35,7 @@ void free_parts_held_by_border(Components& components, const std::vector<char>& 
 LooseParts::LooseParts(const PositionsView& rest, const TrianglesView& faces, const Components& components,
                        FollowKind kind, InstructionSet instructions, int threads, const Execution& execution) {
     std::vector<char> is_held;
+    is_held.reserve(components.fixed.size());
     for (const std::vector<Index>& fixed : components.fixed)
         is_held.push_back(fixed.empty() ? 0 : 1);
     const auto held = std::count(is_held.begin(), is_held.end(), 1);
@@ -69,6 +70,7 @@ LooseParts::LooseParts(const PositionsView& rest, const TrianglesView& faces, co
 void LooseParts::carry(const PositionsView& rest, double* positions, int threads, const Execution& execution) const {
     if (sheets_) sheets_->carry(positions, threads, execution);
     std::vector<Similarity> motions;
+    motions.reserve(found_.patches.size());
     for (const LoosePatch& patch : found_.patches)
         motions.push_back(motion_of(patch, rest, positions));
     parallel_for(static_cast<Index>(vertices_.size()), threads, execution, [&](Index begin, Index end) {

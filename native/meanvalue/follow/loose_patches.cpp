@@ -116,6 +116,7 @@ class Finder {
     std::vector<Index> sample_of(Index part) const {
         const std::size_t count = std::min(members_[part].size(), kSample);
         std::vector<Index> result;
+        result.reserve(count);
         for (std::size_t k = 0; k < count; ++k)
             result.push_back(members_[part][k * members_[part].size() / count]);
         return result;

@@ -82,6 +82,7 @@ void DiagonalDowndate::correct(Positions& solution, int threads, const Execution
     if (inverse_.size() == 0) return;
     const Positions shares = inverse_.lazyProduct(solution(rows_, Eigen::all));
     std::vector<const float*> columns;
+    columns.reserve(rows_.size());
     for (const Index row : rows_)
         columns.push_back(columns_.at(row).data());
     parallel_for(static_cast<Index>(solution.rows()), threads, execution, [&](Index begin, Index end) {

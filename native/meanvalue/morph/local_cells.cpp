@@ -155,6 +155,7 @@ void LocalCells::fill(const ShapeWeights& weights, const std::vector<double>& si
 std::vector<double> LocalCells::common_sizes(const std::vector<double>& weights) const {
     const double common = geometric_mean(sizes_, weights);
     std::vector<double> result;
+    result.reserve(sizes_.size());
     for (const double size : sizes_)
         result.push_back(common / size);
     return result;

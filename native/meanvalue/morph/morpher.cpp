@@ -127,6 +127,7 @@ void Morpher::Bound::find_following(const TrianglesView& faces, Components compo
     for (const PositionsView& shape : shapes) {
         execution.check();
         std::vector<double> sizes;
+        sizes.reserve(parts.size());
         for (const std::vector<Index>& part : parts)
             sizes.push_back(bounding_box_diagonal(shape(part, Eigen::all)));
         const double largest = *std::max_element(sizes.begin(), sizes.end());

@@ -54,6 +54,7 @@ RelativeRotations::RelativeRotations(const OneRings& rings, std::vector<Quaterni
     rotate_against_patches(rotations, threads, execution);
     if (patch_count_ == 0) return;
     std::vector<Eigen::Triplet<double, SparseMatrix::StorageIndex>> entries;
+    entries.reserve(pairs_.size());
     for (const auto& [a, b, weight] : pairs_)
         entries.emplace_back(b, a, -weight);
     factor_laplacian(patch_count_, std::move(entries), 1, execution, factor_);

@@ -238,6 +238,7 @@ bool FastDecoder::draft(const DecodeOptions& options, Workspace& workspace, Posi
 
 std::vector<Index> FastDecoder::level_sizes() const {
     std::vector<Index> sizes;
+    sizes.reserve(problem_.levels.size());
     for (const auto& level : problem_.levels)
         sizes.push_back(static_cast<Index>(level->unknowns.free.size()));
     return sizes;
