@@ -171,7 +171,8 @@ def retarget(markers, reference, character, landmarks):
         character = np.concatenate([character, hips + size * (reference[count:] - own)])
     graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)
-    completed = complete(completed, reference, graph, turns)
+    moved = carried(reference, completed, fit_rotations(reference, completed))  # as the whole body would carry them
+    completed = np.where(np.isnan(completed), np.where(np.isnan(moved), reference, moved), completed)
     shape = _solved(graph, turns, completed, reference, character)
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
@@ -183,29 +184,6 @@ def retarget(markers, reference, character, landmarks):
     result = (shape + (path - shape[:, root].mean(axis=1))[:, None])[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
-
-
-def complete(markers, reference, graph, turns):
-    """(f, m, 3) without NaN: a missing marker is where the first of its cells that is seen would carry it.
-
-    turns  (f, c, 3, 3), of `MarkerGraph.rotations()`. What no cell tells is where the whole body would carry it; in a
-    frame without any marker, everything is as in the reference.
-    """
-    result = markers.copy()
-    for cell, (members, weights) in enumerate(zip(graph.members, graph.weights, strict=True)):
-        _fill(result, markers, reference, members[weights > 0.0], turns[:, cell], least=2)
-    everything = np.arange(markers.shape[1])
-    _fill(result, markers, reference, everything, turns.mean(axis=1), least=1)
-    return np.where(np.isnan(result), reference, result)
-
-
-def _fill(result, markers, reference, members, turns, least):
-    """Where at least so many of the members are seen, the others are where their rigid motion has them."""
-    is_told = (~np.isnan(markers[:, members, 0])).sum(axis=1) >= least
-    frames = np.flatnonzero(is_told & np.isnan(result[:, members, 0]).any(axis=1))
-    moved = carried(reference[members], markers[frames][:, members], turns[frames])
-    part = result[frames[:, None], members]
-    result[frames[:, None], members] = np.where(np.isnan(part), moved, part)
 
 
 def _solved(graph, turns, markers, reference, character):
