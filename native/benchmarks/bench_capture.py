@@ -89,7 +89,7 @@ def measure(arguments):
             share = float(np.isnan(holed[..., 0]).mean())
             free = (~np.isnan(holed[..., 0])).astype(float)
             add(f"soft, gaps {seed}, freed", share, strength, soft, holed, free, GAPS_GOAL)
-            filled, _ = gaps.fill_gaps(holed, LONGEST_SPLINE, LONGEST_RIGID)
+            filled = gaps.fill_gaps(holed, LONGEST_SPLINE, LONGEST_RIGID)
             known = (~np.isnan(filled[..., 0])).astype(float)
             add(f"soft, gaps {seed}, filled", share, strength, soft, filled, known, GAPS_GOAL)
     return rows, error_of_arap / diagonal

@@ -152,7 +152,7 @@ def _mended(given, recording):
 
 @functools.lru_cache(maxsize=2)  # a take and its reference: picking points, one after the other, does not change them
 def _filled(content, shape, longest, rate_hz, cutoff_hz):
-    path, _how = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
+    path = gaps.fill_gaps(np.frombuffer(content).reshape(shape), *longest)
     return path if cutoff_hz is None else gaps.low_pass(path, rate_hz, cutoff_hz)
 
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from ...errors import InvalidMotionError
 from ...scene.core import motion
-from ...scene.core.motion import nearest_rotations, turns_between, unit
+from ...scene.core.motion import about, nearest_rotations, turns_between, unit
 from . import facing
 from . import landmarks as places
 from .body import Body
 
+UP = np.array([0.0, 0.0, 1.0])
 #: Share of the markers that must lie on the mesh; the others may be anywhere (arms in another pose, mislabelled ones).
 TRIMMED = 0.65
 #: Meters from a marker's center to the skin.
@@ -149,7 +150,7 @@ class _Fit:
         middle = trunk.mean(axis=0) if len(trunk) else np.median(self._markers[:, :2], axis=0)
         origin = np.append(middle, self._base)
         to = np.append(_middle(self._body), self._body.ground)
-        return [_matrix(_about_z(angle), self._scale, to, origin) for angle in angles]
+        return [_matrix(about(UP, angle), self._scale, to, origin) for angle in angles]
 
     def settled(self, matrix, body, rounds):
         """(residual, matrix) of the best of so many rounds on the points of a Body."""
@@ -177,7 +178,7 @@ class _Fit:
         sigma = max(float(np.sqrt((near**2).mean())), 0.005 * self._body.height)
         residual = float(np.sqrt((self._weights * np.minimum(off, 3.0 * sigma) ** 2).sum() / self._weights.sum()))
         towards = self._turned
-        if towards is not None and _angle_between(_about_z(towards), matrix) > 0.5 * np.pi:
+        if towards is not None and _angle_between(about(UP, towards), matrix) > 0.5 * np.pi:
             residual *= BACKWARD_JOINTS if self._body.is_for_joints else BACKWARD
             towards += np.pi
         weights = self._weights / (1.0 + (off / sigma) ** 2) ** 2
@@ -218,7 +219,7 @@ def stood_up(markers, names, ground):
     if not (_tall_by_heights(markers, heights)[0] < BENT * by_parts and pelvis.any() and upper.any()):
         return markers
     middle = markers[pelvis].mean(axis=0)
-    turn = turns_between(markers[upper].mean(axis=0) - middle, np.array([0.0, 0.0, 1.0]))
+    turn = turns_between(markers[upper].mean(axis=0) - middle, UP)
     result, segments = (markers - middle) @ turn.T, places.segments(names)
     for side, touching in places.feet(names).items():
         foot = segments.get(f"foot.{side}", touching)  # with its ankle
@@ -255,11 +256,7 @@ def _upright_similarity(source, target, weights, scales, towards):
     if towards is not None:
         off, most = (angle - towards + np.pi) % (2.0 * np.pi) - np.pi, np.radians(WAY_KNOWN)
         angle = towards + np.clip(off, -most, most)
-    return _matrix(_about_z(angle), np.clip(scale, *scales), to_centre, from_centre)
-
-
-def _about_z(angle):
-    return np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    return _matrix(about(UP, angle), np.clip(scale, *scales), to_centre, from_centre)
 
 
 def _matrix(turn, scale, to, origin):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import MotionFileError
+from ...scene.core.motion import about
 from . import units
 from .recording import Recording, Take, usable_rate
 from .text_lines import Lines, number_in, quoted
@@ -200,13 +201,7 @@ def _rotation(joint, motion):
     result = np.eye(3)[None]
     for k, (is_position, axis) in enumerate(joint.channels):
         if not is_position:
-            angles = np.radians(motion[:, joint.first_channel + k])
-            first, second = (axis + 1) % 3, (axis + 2) % 3
-            turn = np.repeat(np.eye(3)[None], len(angles), axis=0)
-            turn[:, first, first] = turn[:, second, second] = np.cos(angles)
-            turn[:, second, first] = np.sin(angles)
-            turn[:, first, second] = -turn[:, second, first]
-            result = result @ turn
+            result = result @ about(np.eye(3)[axis], np.radians(motion[:, joint.first_channel + k]))
     return result
 
 

@@ -8,10 +8,6 @@ from ...errors import InvalidMotionError
 from ...scene.core.motion import fit_rotations
 from ...scene.core.sample_times import runs
 
-MEASURED, SPLINE, RIGID, MISSING = 0, 1, 2, 3
-
-#: Good samples beside a gap that its slope is read from.
-SLOPE_SAMPLES = 5
 #: Neighbors that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
 #: Meters that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
@@ -29,38 +25,31 @@ LEAST_TOGETHER = 10
 
 
 def fill_gaps(positions, longest_spline=10, longest_rigid=200):
-    """(filled (f, m, 3) float64, how (f, m) uint8: MEASURED 0, SPLINE 1, RIGID 2, MISSING 3).
+    """(f, m, 3) float64: positions (f, m, 3), filled where they are NaN. Measured samples keep their bits.
 
-    positions  (f, m, 3), NaN where a sample is missing. Measured samples keep their bits.
-    longest_spline  in samples: gaps up to that long are cubics, with place and slope of the good samples on both sides.
+    longest_spline  in samples: gaps up to that long are cubics, with the place and the last step of both sides.
     longest_rigid  in samples: longer gaps, up to that, and those at the take's ends move rigidly with the neighbors
         whose distances vary least (Aristidou and Lasenby 2013 predict markers so); both ends are met.
     Still longer gaps, and those with less than three usable neighbors, stay NaN.
     """
     filled = positions.copy()
-    missing = np.isnan(positions[..., 0])
-    how = np.where(missing, MISSING, MEASURED).astype(np.uint8)
+    missing, steps = np.isnan(positions[..., 0]), np.diff(positions, axis=0, prepend=np.nan, append=np.nan)
     gaps = [(marker, *run) for marker in range(missing.shape[1]) for run in runs(missing[:, marker]).tolist()]
     for marker, begin, end in gaps:
         if end - begin <= longest_spline and begin > 0 and end < len(positions):
-            path = positions[:, marker]
-            before, after = _end_slope(path[:begin][::-1]), _end_slope(path[end:])
-            first, last, span = path[begin - 1], path[end], end - begin + 1
+            before, after = np.nan_to_num(steps[[begin - 1, end + 1], marker])
+            (first, last), span = positions[[begin - 1, end], marker], end - begin + 1
             t = (np.arange(1, span) / span)[:, None]
-            bends = (t**3 - 2 * t**2 + t) * span * -before + (t**3 - t**2) * span * after
+            bends = (t**3 - 2 * t**2 + t) * span * before + (t**3 - t**2) * span * after
             filled[begin:end, marker] = first + (3 * t**2 - 2 * t**3) * (last - first) + bends
-            how[begin:end, marker] = SPLINE
     gaps = [(marker, begin, end) for marker, begin, end in gaps if end - begin <= longest_rigid]
     variation = distance_variation(positions)
     for bound in VARIATIONS:  # the best neighbours first: what was filled helps where they are worse
         near_enough = np.where(variation < bound, variation, np.inf)
-        source, usable = filled.copy(), how != MISSING  # a round does not depend on the order of the gaps
+        source, usable = filled.copy(), ~np.isnan(filled[..., 0])  # a round does not depend on the order of the gaps
         for marker, begin, end in (gap for gap in gaps if not usable[gap[1], gap[0]]):
-            values = _carried(source, usable, marker, begin, end, near_enough[marker])
-            if values is not None:
-                filled[begin:end, marker] = values
-                how[begin:end, marker] = RIGID
-    return filled, how
+            filled[begin:end, marker] = _carried(source, usable, marker, begin, end, near_enough[marker])
+    return filled
 
 
 def distance_variation(positions):
@@ -86,27 +75,17 @@ def distance_variation(positions):
     return result
 
 
-def _end_slope(path):
-    """(3,) slope per sample at the first of (f, 3), of a parabola through it, fitted to the good ones after it."""
-    good = path[:SLOPE_SAMPLES][: np.argmax(np.append(np.isnan(path[:SLOPE_SAMPLES, 0]), True))]
-    if len(good) < 2:
-        return np.zeros(3)
-    steps = np.arange(1.0, len(good))
-    powers = steps[:, None] ** np.arange(1, min(len(good), 3))
-    return np.linalg.lstsq(powers, good[1:] - good[0], rcond=None)[0][0]
-
-
 def _carried(positions, usable, marker, begin, end, variation):
-    """(end - begin, 3): the marker moved with its neighbours from both ends of the gap; None without three."""
+    """(end - begin, 3): the marker moved with its neighbours from both ends of the gap; NaN without three."""
     ends = [frame for frame in (begin - 1, end) if 0 <= frame < len(positions) and usable[frame, marker]]
     if not ends:
-        return None
+        return np.nan
     window = slice(min(begin, *ends, len(positions)), max(end, *(frame + 1 for frame in ends)))
     seen = usable[window].all(axis=0)
     candidates = np.flatnonzero(seen & np.isfinite(variation))
     neighbours = candidates[np.argsort(variation[candidates], kind="stable")[:MOST_NEIGHBOURS]]
     if len(neighbours) < 3:
-        return None
+        return np.nan
     at_ends = positions[ends][:, None]  # (ends, 1, m, 3)
     moving, around, turns = positions[begin:end, neighbours], at_ends[:, :, neighbours], None
     for power in POWERS:

@@ -4,7 +4,7 @@ skin: hardly anybody stands as the mesh does."""
 
 import numpy as np
 
-from ...scene.core.motion import fit_rotations, turns_between, unit
+from ...scene.core.motion import about, fit_rotations, turns_between, unit
 from . import facing, proportions
 from .landmarks import heights_of, side_of
 from .proportions import hips_of
@@ -87,7 +87,7 @@ class Limb:
         axis = posed[self._middle].mean(axis=0) - self._joint
         angles = 2.0 * np.pi * np.arange(ROLLS_ALONE) / ROLLS_ALONE
         order = np.argsort(np.minimum(angles, 2.0 * np.pi - angles), kind="stable")  # the smallest first
-        for roll in _about(axis, angles[order]):
+        for roll in about(axis, angles[order]):
             tried = posed.copy()
             self._carry(tried, self._joint + (tried[self._upper] - self._joint) @ roll.T)
             for _ in range(TURNS_ALONE):
@@ -118,7 +118,7 @@ class Limb:
             return points
         angles = 2.0 * np.pi * np.arange(ROLLS) / ROLLS
         axis = points.mean(axis=0) - pivot
-        tried = pivot + np.einsum("rij,kj->rki", _about(axis, angles), points - pivot)
+        tried = pivot + np.einsum("rij,kj->rki", about(axis, angles), points - pivot)
         return tried[self._costs(tried, numbers).argmin()]
 
     def _settled(self, points, numbers, pivot, axis=(0.0, 0.0, 0.0)):
@@ -149,13 +149,6 @@ class Limb:
             nearest[part] = found.argmin(axis=1)
             costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
         return self._samples[nearest], np.maximum(costs, 0.0)
-
-
-def _about(axis, angles):
-    """(a, 3, 3): turns about an axis (3,), of any length above 0, by angles (a,) (Rodrigues)."""
-    x, y, z = axis / max(np.linalg.norm(axis), 1e-300)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angles)[:, None, None] * cross + (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
 
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")

@@ -114,6 +114,12 @@ def turns_between(before, after):
     return result
 
 
+def about(axis, angles):
+    """(..., 3, 3): turns about an axis (3,), of any length above 0, by angles (...) (Rodrigues)."""
+    cross, angles = np.cross(np.eye(3), unit(axis)), np.asarray(angles)[..., None, None]
+    return np.eye(3) + np.sin(angles) * cross + (1.0 - np.cos(angles)) * (cross @ cross)
+
+
 def differing(rest, poses, most, least):
     """Numbers of the poses, at most `most`, that differ most from the rest shape and from one another, ascending.
 
