@@ -12,12 +12,8 @@ from .proportions import hips_of
 #: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
 #: rounds of refinement.
 DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 3000, np.cos(np.radians(30.0)), 36, 12
-#: Rolls of an upper arm by itself, and how often both parts are turned from each; where the limb as a whole is nearer
-#: to its skin than so much of the height (rms), that is left out.
-ROLLS_ALONE, TURNS_ALONE, LIES_WELL = 12, 3, 0.0135
-#: How much nearer it must lie than with a smaller roll: rolls that end on the same place differ by less than 4 % on
-#: bodies, others by more than 13 %.
-CLEARLY = 0.9
+#: How often both parts of a limb are turned by themselves.
+ALONE = 3
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
 FACING = 0.05
 #: The cosine of the bend of a knee that sits, crouches or steps.
@@ -79,32 +75,15 @@ class Limb:
         return self._part_by_part(posed) if ways is None and self._fore else posed
 
     def _part_by_part(self, posed):
-        """The best of `posed` and of what comes of it where the upper part turns by itself, and the other goes along:
-        rolled as the hand lies, a limb may have its elbow on the wrong side of the arm."""
-        best, least = posed, self.residual(posed)
-        if least < LIES_WELL * self._reach / FACING:
-            return best
-        axis = posed[self._middle].mean(axis=0) - self._joint
-        angles = 2.0 * np.pi * np.arange(ROLLS_ALONE) / ROLLS_ALONE
-        order = np.argsort(np.minimum(angles, 2.0 * np.pi - angles), kind="stable")  # the smallest first
-        for roll in about(axis, angles[order]):
-            tried = posed.copy()
-            self._carry(tried, self._joint + (tried[self._upper] - self._joint) @ roll.T)
-            for _ in range(TURNS_ALONE):
-                self._carry(tried, self._settled(tried[self._upper], self._upper, self._joint))
-                pivot = tried[self._middle].mean(axis=0)
-                rolled = self._rolled(tried[self._fore], self._fore, pivot)
-                tried[self._fore] = self._settled(rolled, self._fore, pivot)
-            residual = self.residual(tried)
-            if residual < CLEARLY * least:
-                best, least = tried, residual
-        return best
-
-    def _carry(self, points, upper):
-        """Moves the upper part of `points` to `upper`, and the other as its end goes."""
-        before = points[self._middle].mean(axis=0)
-        points[self._upper] = upper
-        points[self._fore] += points[self._middle].mean(axis=0) - before
+        """`posed`, or what comes of it where the upper part turns by itself, and the other goes along: rolled as the
+        hand lies, a limb may have its elbow on the wrong side of the arm."""
+        tried, pivot = posed.copy(), posed[self._middle].mean(axis=0)
+        for _ in range(ALONE):
+            tried[self._upper] = self._settled(tried[self._upper], self._upper, self._joint)
+            before, pivot = pivot, tried[self._middle].mean(axis=0)
+            rolled = self._rolled(tried[self._fore] + pivot - before, self._fore, pivot)
+            tried[self._fore] = self._settled(rolled, self._fore, pivot)
+        return min(posed, tried, key=self.residual)
 
     def foot(self, posed, foot, ankle):
         """(k, 3): the markers `foot` of `posed` as flat as in the reference, turned about the upright axis alone."""

@@ -237,8 +237,6 @@ class _Foot:
         self.ends[:, 2] = body.ground
         both = sole[along <= begin], sole[along > begin]
         self.parts = [part[spread(vertices[part], middle[None], HELD)] for part in both]
-        aside = np.cross(UP, way)
-        self.aside = 0.5 * np.ptp(vertices[sole] @ aside) * aside
         self.on_toes = [k for k in toes if len(both[1]) and vertices[anchors[k]] @ way > begin]
         stiff = [k for k in members if k not in self.on_toes]
         rigid = stiff if len(stiff) > 2 else [k for k in members if "tip" not in landmarks[k]]
@@ -275,14 +273,11 @@ class _Foot:
         these go along, in path (f, m, 3)."""
         ball = self.ball + moves[:, :3]
         room = np.maximum(ball[:, 2] - moves[:, 3], 0.0)
-        turns = bent = np.where(np.isnan(room)[:, None, None], np.nan, self.turns)
-        for way, is_ahead in ((self.ends[1] - self.ends[0], True), (self.aside, False)):
-            ways = bent @ way
-            most = np.minimum(room, np.linalg.norm(way))
-            soft = np.hypot(ways[:, 2] + most, SOFT * most)
-            rise = 0.5 * (ways[:, 2] - most + soft) if is_ahead else np.clip(ways[:, 2], -most, most)
-            flat = unit(ways * LEVEL) * np.sqrt(np.maximum(way @ way - rise**2, 0.0))[:, None]
-            bent = turns_between(ways, flat + rise[:, None] * UP) @ bent
+        turns, way = np.where(np.isnan(room)[:, None, None], np.nan, self.turns), self.ends[1] - self.ends[0]
+        ways, most = turns @ way, np.minimum(room, np.linalg.norm(way))
+        rise = 0.5 * (ways[:, 2] - most + np.hypot(ways[:, 2] + most, SOFT * most))
+        flat = unit(ways * LEVEL) * np.sqrt(np.maximum(way @ way - rise**2, 0.0))[:, None]
+        bent = turns_between(ways, flat + rise[:, None] * UP) @ turns
         bends = ball[:, None] + np.einsum("fij,kj->fki", bent, self.reference[self.on_toes] - self.ends[0])
         path[:, self.on_toes] = np.where(np.isnan(bends + path[:, self.on_toes]), path[:, self.on_toes], bends)
         for name, some, turned in zip(("foot", "toes"), self.parts, (turns, bent), strict=True):
