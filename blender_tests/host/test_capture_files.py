@@ -211,6 +211,26 @@ def test_numbered_points_of_mediapipe_at_uneven_times_are_named_and_brought_to_a
     assert readers.parse(json.dumps(flat).encode(), "pose.json", "Z", 1.0).labels[19] == "LBigToe"
 
 
+def test_of_a_file_a_frame_any_one_is_the_take_of_the_first_person(tmp_path):
+    body = np.resize(METRES, (20, 25, 3))
+    for number in {*range(20)} - {4, 5}:
+        people = [{"pose_keypoints_3d": [*np.insert(shift + body[number], 3, 0.9, 1).ravel()]} for shift in (0.0, 1.0)]
+        content = json.dumps({"version": 1.3, "people": people[: 2 * (number > 0)]})
+        (tmp_path / f"w1_{number:012}_keypoints.json").write_text(content)
+    (tmp_path / "w2_000000000000_keypoints.json").write_text("another take")
+    for chosen in (0, 7):  # in the first nobody is seen
+        along = set()
+        path = tmp_path / f"w1_{chosen:012}_keypoints.json"
+        take = readers.read(path, up_axis="Z", unit=1.0, along=along)
+        wanted = body[1:] - body[1, 0]
+        wanted[3:5] = wanted[2] + (wanted[5] - wanted[2]) * np.array([1, 2])[:, None, None] / 3
+        assert take.labels[8] == "MidHip" and np.allclose(take.positions - take.positions[0, 0], wanted, atol=1e-5)
+        assert len(along) == 18 and path in along
+    (tmp_path / "w1_000000000003_keypoints.json").write_text('{"people": [}')
+    with pytest.raises(MotionFileError, match=r"^w1_000000000003_keypoints\.json, line 1"):
+        readers.read(path)
+
+
 # -- what is no take -------------------------------------------------------------------------------------------------
 
 
@@ -230,6 +250,7 @@ def test_files_that_are_none_are_refused_by_name_with_a_remedy(tmp_path):
         ("word.csv", b"time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,1,gone,3\n", "line 4.*'gone' is no number"),
         ("quote.csv", b'time,a_x,a_y,a_z\n0,1,2,3\n1,1,2,3\n2,"1' + b"\n1" * 140000, "no table"),
         ("pose.json", json.dumps([{"keypoints_2d": [1.0] * 75}] * 2).encode(), "X and Y alone"),
+        ("deep.json", b"[" * 200000, "no list of frames"),
         ("walk.amc", b"#!OML:ASF F:\\a\n:FULLY-SPECIFIED\n", "Acclaim"),
     ):
         path = tmp_path / name

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads a motion capture file of any known format."""
 
+import functools
+import json
 import os
 import pathlib
 import re
 
 from ...errors import MotionFileError
-from . import bvh_file, c3d_file, table_file
+from . import bvh_file, c3d_file, records, table_file
 from .recording import Take
-from .text_lines import decoded
+from .text_lines import Lines, decoded
 
-_READERS = {".c3d": c3d_file.read, ".trc": table_file.read, ".bvh": bvh_file.read}
-_READERS |= dict.fromkeys((".csv", ".tsv", ".txt", ".json", ".jsonl"), table_file.read)
-
-#: The suffixes of files that are known; what is in a file counts.
-SUFFIXES = tuple(_READERS)
+#: The suffixes of files that are known; what is in a file counts. All but these two are tables.
+SUFFIXES = (".c3d", ".trc", ".bvh", ".csv", ".tsv", ".txt", ".json", ".jsonl")
+_READERS = {".c3d": c3d_file.read, ".bvh": bvh_file.read}
 _BEGINS = {r"\s*HIERARCHY": ".bvh", r"\s*PathFileType": ".trc", r"[\2-\x7f]P[^\0]{0,500}\0": ".c3d"}
 _FOREIGN = {
     "Kaydara FBX|; ?FBX|glTF": "a scene, for Blender's own importers",
@@ -25,21 +25,38 @@ _FOREIGN = {
 }
 
 
-def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None) -> Take:
+def read(path: str | os.PathLike, *, up_axis: str | None = None, unit: float | None = None, along=None) -> Take:
     """The markers in a motion capture file, as a Take: C3D, TRC, BVH, or points by name in CSV, TSV or JSON.
 
+    Of numbered JSON files of a frame each, one stands for all; their paths go to the set `along`.
     `up_axis`: which of the file's axes points up, one of units.UP_AXES; None: as the file says. `unit`: meters for
     one unit of the file; None: as the file says. Where the file is silent, a plausible guess is made and told in the
     notes.
     Raises MotionFileError with the file's name, the reason and a remedy for whatever can't be read.
     """
-    return read_by(parse, SUFFIXES, path, up_axis, unit)
+    whole = functools.partial(_with_frames_beside, pathlib.Path(path), set() if along is None else along)
+    return read_by(lambda data, *rest: parse(whole(data), *rest), SUFFIXES, path, up_axis, unit)
+
+
+def _with_frames_beside(path, along, data):
+    """The bytes of a take: `data`, or of one frame a JSON list of those in files called alike but for a number."""
+    name = re.compile(r"(.*?)(\d+)(\D*\.json)", re.IGNORECASE | re.DOTALL)
+    own = name.fullmatch(path.name)
+    found = [(name.fullmatch(each.name), each) for each in path.parent.iterdir()] if own else []
+    frames = {int(its[2]): each for its, each in found if its and its.group(1, 3) == own.group(1, 3)}
+    lines = Lines(data, path.name)
+    if len(frames) < 2 or len(records.of_json(data, path.name, lambda why, *_: lines.fail(why, number=1))[0]) > 1:
+        return data
+    along.update(frames.values())
+    parts = [(at, records.loaded(decoded(each.read_bytes()), each.name)) for at, each in sorted(frames.items())]
+    parts = [{**(part if isinstance(part, dict) else {"people": part}), "frame": at} for at, part in parts]
+    return json.dumps(parts).encode()
 
 
 def parse(data, file, up_axis=None, unit=None):
     """As read(), of bytes: their beginning tells the format, else the suffix of the name `file`."""
     suffix = format_of(data) or pathlib.Path(file).suffix.lower()
-    if suffix not in _READERS and (not data.strip() or b"\0" in data[:4096]):
+    if suffix not in SUFFIXES and (not data.strip() or b"\0" in data[:4096]):
         raise MotionFileError(f"{file}: what ends in '{suffix}' is not read. Export it as one of {', '.join(SUFFIXES)}")
     return _READERS.get(suffix, table_file.read)(data, file, up_axis, unit)
 

@@ -22,12 +22,13 @@ RATE, LARGEST_RATE = re.compile("fps|persecond|^(frame|sampl[a-z]+|recording|cap
 POINTS, PARTS, SOLID = map(re.compile, ("keypoint|landmark|joint|pose", "hand|face", "3d|world"))
 #: Points that such a list has at least. Beyond so many pixels a third number up to 2 is how sure a point is.
 FEWEST, COCO, PIXELS = 5, 17, 20.0
+PERSONS = {"people", "persons", "instances"}  # the first counts
 
 
 def of_json(data, file, refuse):
     """(records, frames a second that are told, or None) of bytes. refuse(reason, row, or None for the file) raises."""
     try:
-        whole, rate_hz = _loaded(decoded(data), file), None
+        whole, rate_hz = loaded(decoded(data), file), None
         names, records = {}, collections.defaultdict(dict)
         for key, part in _heads(whole):
             if RATE.search(folded(key)) and 1.0 <= number(part) <= LARGEST_RATE:
@@ -43,7 +44,7 @@ def of_json(data, file, refuse):
     return [records[row] for row in range(max(records, default=-1) + 1)], rate_hz
 
 
-def _loaded(text, file):
+def loaded(text, file):
     """What a JSON text has; a list where it has several, as an object a line. The last of them may be cut off."""
     found, decoder, between = [], json.JSONDecoder(), re.compile(r"[\s,]*")
     at = between.match(text).end()
@@ -72,8 +73,9 @@ def _gather(node, records, names, refuse, key="", row=None):
     if isinstance(node, dict) and row is None and node and all(number_in(each) is not None for each in node):
         node = [{"": each, **part} for each, part in node.items() if isinstance(part, dict)]  # numbered frames
     single = dict if row is None else (dict, list)  # the only person
-    if isinstance(node, list) and ((len(node) == 1 and isinstance(node[0], single)) or node == names.get(len(node))):
-        node = node[0]
+    if isinstance(node, list) and node:
+        is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single))
+        node = node[0] if is_only or node == names.get(len(node)) else node
     if isinstance(node, list) and row is not None:
         node = _named(node, key, names)
     if isinstance(node, list) and row is None and not ("keypoint" in key and _kind(node) == len(node)):

@@ -47,7 +47,7 @@ def read(data: bytes, file: str, up_axis: str | None = None, unit: float | None 
         if is_trc := begins.lstrip().startswith("PathFileType"):
             points, others, known, rows = _of_trc(lines)
         elif re.match(r"\s*[\[{]", begins):
-            head, rows, width = _of_records(*records.of_json(data, file, lambda why, _: lines.fail(why, REMEDY, 1)))
+            head, rows, width = _of_records(*records.of_json(data, file, lambda why, *_: lines.fail(why, REMEDY, 1)))
         else:
             head, rows, width = _split(lines)
             names = [cell.casefold() for cell in head[-1]]

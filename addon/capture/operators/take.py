@@ -101,20 +101,22 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
 
     def _paths(self):
         """@throws SceneError if none is given."""
-        folder = pathlib.Path(bpy.path.abspath(self.directory)) if self.directory else None
-        named = [folder / each.name for each in self.files if each.name] if folder else []
-        if named:
-            return named
-        if self.filepath:
-            return [pathlib.Path(bpy.path.abspath(self.filepath))]
-        raise SceneError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
+        folder = pathlib.Path(bpy.path.abspath(self.directory))
+        named = [folder / each.name for each in self.files if each.name and self.directory]
+        if not (named or self.filepath):
+            raise SceneError(f"No file is chosen. Choose one or more of {wording.listed(readers.SUFFIXES)}")
+        return named or [pathlib.Path(bpy.path.abspath(self.filepath))]
 
     def _read(self):
         """The Takes of all files, before anything is made. @throws MotionFileError, SceneError."""
         unit = units.METRES.get(self.unit.lower())
         up_axis = None if self.up_axis == FROM_FILE else self.up_axis
+        found, along = [], set()  # files of one frame each are one take
         try:
-            return [readers.read(path, up_axis=up_axis, unit=unit) for path in self._paths()]
+            for path in self._paths():
+                if path not in along:
+                    found.append(readers.read(path, up_axis=up_axis, unit=unit, along=along))
+            return found
         except MotionFileError as error:  # begins with the name of the file, which must stay as it is
             raise MotionFileError(f"Cannot import {error}") from error
 
@@ -143,8 +145,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
 
 def _seen_span(take):
     """(first, last): numbers of the samples that show any marker."""
-    seen = take.measured.any(axis=1).nonzero()[0]
-    return int(seen[0]), int(seen[-1])
+    return take.measured.any(axis=1).nonzero()[0][[0, -1]].tolist()
 
 
 def _account(take, collection, frames):
