@@ -58,12 +58,7 @@ STRAIGHT = 4e-6
 
 def is_there(obj):
     """Whether anything is between the pose's key and what is seen. Cheap enough for each step of a drag."""
-    return bool(is_deformed(obj) or sliders(obj))
-
-
-def is_deformed(obj):
-    """Whether modifiers or a parent deform what its keys have."""
-    return bool(deformers(obj))
+    return bool(deformers(obj) or sliders(obj))
 
 
 def armature(obj):

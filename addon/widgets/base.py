@@ -26,6 +26,11 @@ class Reporting:
         self.report({'INFO' if isinstance(error, CancelledError) else 'ERROR'}, wording.sentence(str(error)))
         return {'CANCELLED'}
 
+    def warn(self, error):
+        """As refuse(), without Blender's popup under the mouse, which takes the next click."""
+        self.report({'WARNING'}, wording.sentence(str(error)))
+        return {'CANCELLED'}
+
     def tell(self, message, warnings):
         """message: a short sentence, or [the sentence, details ...]. Details and warnings are lines of the Info editor,
         and the sentence is the last, which the status bar shows."""

@@ -68,7 +68,7 @@ class PickingOperator(ModalOperator, MeshOperator):
         return {'RUNNING_MODAL'}
 
     def failed(self, error):
-        self.report({'WARNING'}, wording.sentence(str(error)))
+        self.warn(error)
         return {'RUNNING_MODAL'}
 
     def end(self, context):

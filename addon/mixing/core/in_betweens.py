@@ -42,7 +42,7 @@ class MixInput(KeyShapes):
     @cached_property
     def whole(self):
         """What of the mesh goes to the solver."""
-        return whole_mesh.of(self.rest, self.copies, self.planes, self.twins)
+        return whole_mesh.WholeMesh(self.rest, self.copies, self.planes, self.twins)
 
     @cached_property
     def revision(self):

@@ -59,7 +59,7 @@ SAME_POSE = 2e-3
 
 def rig_problem(obj):
     """Why no poses can be sampled, in words, or None. Cheap enough for drawing."""
-    if not rig_space.is_deformed(obj):
+    if not rig_space.deformers(obj):
         return f"'{obj.name}' follows no rig. Give it an Armature or another modifier that deforms it"
     return shape_keys.absolute_problem(obj)
 

@@ -164,7 +164,7 @@ class Posing:
         if is_checked:
             require_fits(obj.meanvalue.bound, self.bind_input.fingerprint)
         self._goal = goal
-        self.targets = self._gather_targets(obj, self.bind_input)
+        self.targets = None if goal is None else targets.gather(obj, self.bind_input, goal)
         self._start = shape_keys.result_positions(obj) if settles else None
         found = self.bind_input.fingerprint
         self.binding = session.cache.get(found)
@@ -172,11 +172,6 @@ class Posing:
         is_new = self.binding is None and self._known is None
         shape = self.bind_input.rest, self.bind_input.face_corners
         self._triangles = mesh_arrays.triangles(obj.data, *shape) if is_new else None
-
-    def _gather_targets(self, obj, bind_input):
-        if self._goal is None:
-            return None
-        return targets.gather_from_key(obj, bind_input, self._goal) if self._goal else targets.gather(obj, bind_input)
 
     def work(self, execution):
         """Steps (see solver/job.py) to (n x 3 positions, native solution), None if bound. @throws MeanValueError."""
@@ -188,13 +183,9 @@ class Posing:
         drag = session.begin_drag(self.binding, self.bind_input, self._start)
         return (yield from session.solve_steps(drag, self.targets, settle=True, execution=execution))
 
-    def keep(self):
-        """Keeps the binding for the session."""
-        session.remember(self.bind_input, self.binding)
-
     def record(self, obj):
         """Keeps the binding for the session, and tells the file of it."""
-        self.keep()
+        session.remember(self.bind_input, self.binding)
         note_binding(obj.meanvalue.bound, self.bind_input.fingerprint)
         obj.update_tag()  # live posing may have waited for it
 
@@ -203,7 +194,7 @@ class Posing:
         problem = subject.object_problem(obj) or subject.mode_problem(obj)
         if problem is None:
             now = gather(obj)
-            goal = self._gather_targets(obj, now)
+            goal = None if self._goal is None else targets.gather(obj, now, self._goal)
             is_same = now.fingerprint == self.bind_input.fingerprint
             if is_same and (goal is None or goal.is_near(self.targets, 0.0)):
                 return

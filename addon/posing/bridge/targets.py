@@ -63,8 +63,12 @@ def handles_problem(obj):
     return None
 
 
-def gather(obj, bind_input):
-    """The Targets of `obj`, with its rig measured now, and controls gone along with it. @throws SceneError."""
+def gather(obj, bind_input, key=""):
+    """The Targets of `obj`, with its rig measured now, and controls gone along with it; or, of all handles and pins,
+    where the shape key `key` has their vertices. @throws SceneError."""
+    if key:
+        placed = shape_keys.checked(obj, key)[bind_input.anchors].astype(np.float64)
+        return Targets(placed, _weights(obj, bind_input))
     require_none(problem(obj))
     space = rig_space.measure(obj)
     follow_rig(obj, bind_input, space)
@@ -75,11 +79,6 @@ def gather_behind(obj, bind_input, space, known=None):
     """The Targets of `obj`, which has no problem(). space, known: see positions(). @throws SceneError."""
     placed, held_back = within_reach(obj, bind_input, positions(obj, bind_input, space, known))
     return Targets(placed, _weights(obj, bind_input), held_back)
-
-
-def gather_from_key(obj, bind_input, name):
-    """The Targets of all handles and pins where the shape key `name` has their vertices. @throws SceneError."""
-    return Targets(shape_keys.checked(obj, name)[bind_input.anchors].astype(np.float64), _weights(obj, bind_input))
 
 
 def positions(obj, bind_input, space, known=None):

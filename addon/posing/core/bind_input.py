@@ -13,7 +13,7 @@ from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import require_finite
 from ...solver.core.fingerprint import Fingerprint, digest
 from . import joints
-from . import solver_mesh as solver_meshes
+from .solver_mesh import SolverMesh
 
 #: Of the mesh's size: it is told of where moves so long are taken for rounding.
 FAR = 5e-4
@@ -84,7 +84,7 @@ class BindInput:
     @cached_property
     def solver_mesh(self):
         """What goes to the solver."""
-        return solver_meshes.of(self)
+        return SolverMesh(self)
 
     @cached_property
     def hard_anchors(self):

@@ -22,33 +22,6 @@ THE_SAME = 1e-6
 IN_LINE = 1e-4
 
 
-def of(bind_input):
-    """The solver mesh of a BindInput."""
-    is_plain = bind_input.copies is None and bind_input.planes is None
-    return PlainMesh(bind_input) if is_plain else SolverMesh(bind_input)
-
-
-class PlainMesh(whole_mesh.PlainMesh):
-    """The solver mesh of a mesh without planes and copies: itself, in float32, which the solver converts."""
-
-    def __init__(self, bind_input):
-        super().__init__(bind_input.rest)
-        self._of = bind_input
-        self.roi, self.anchors = bind_input.roi, bind_input.anchors
-        self.handles, self.strengths, self.stiffness = bind_input.handles, bind_input.strengths, bind_input.stiffness
-        self.border, self.border_strengths = bind_input.border, bind_input.border_strengths
-
-    rest = property(lambda self: self._own_rest)
-    held_rest = property(lambda self: self._of.rest.take(np.flatnonzero(self._of.is_held), axis=0))
-
-    @staticmethod
-    def examples(shapes):
-        """[(n x 3 float64, number of the shape)] of n x 3 shapes."""
-        return [(shape, number) for number, shape in enumerate(shapes)]
-
-    targets = met = weights = whole_mesh.PlainMesh.values
-
-
 class SolverMesh(whole_mesh.WholeMesh):
     """N vertices and K anchors.
 
@@ -65,6 +38,10 @@ class SolverMesh(whole_mesh.WholeMesh):
     def __init__(self, bind_input):
         self._of = bind_input
         super().__init__(bind_input.rest, bind_input.copies, bind_input.planes, bind_input.twins)
+        if self.is_plain:
+            for name in ("roi", "anchors", "handles", "stiffness", "strengths", "border", "border_strengths"):
+                setattr(self, name, getattr(bind_input, name))
+            return
         self.roi = (np.bincount(self._merged, ~bind_input.roi) == 0)[self._source]
         self.stiffness, images = bind_input.stiffness, self._images.ravel()
         if self.stiffness is not None:  # the mean of all that a vertex is the image of
@@ -120,15 +97,16 @@ class SolverMesh(whole_mesh.WholeMesh):
     @cached_property
     def held_rest(self):
         """Rest positions of all that holds the solver mesh in its place."""
-        return self.rest[np.unique(self._images[:, self._of.is_held])]
+        held = self._of.is_held
+        return self.rest.take(np.flatnonzero(held) if self.is_plain else np.unique(self._images[:, held]), axis=0)
 
     def targets(self, positions):
         """... x k x 3 float64 of the anchors to ... x K x 3."""
-        return self.rest[self.anchors] + self._moves(positions)
+        return positions if self.is_plain else self.rest[self.anchors] + self._moves(positions)
 
     def met(self, positions):
         """Where the anchors get to that ... x k x 3 `positions` ask for: both ... x k x 3 float64."""
-        return self._of.anchor_rest + self._moves(positions)[..., self._places, :]
+        return positions if self.is_plain else self._of.anchor_rest + self._moves(positions)[..., self._places, :]
 
     def _moves(self, positions):
         """... x K x 3: from rest, the mean of what all images and copies of the leading handle ask for. Handles that a
@@ -143,8 +121,8 @@ class SolverMesh(whole_mesh.WholeMesh):
 
     def weights(self, weights):
         """... x k to ... x K float64; None for None."""
-        if weights is None:
-            return None
+        if weights is None or self.is_plain:
+            return weights
         claims = self._claims % len(self._of.anchors)
         return np.add.reduceat(weights[..., claims], self._begins, axis=-1) / self._claim_counts
 
@@ -154,6 +132,8 @@ class SolverMesh(whole_mesh.WholeMesh):
         One that is the same on both sides is made so to the last bit. Of the others, where planes repeat the mesh, the
         images count too, unless a shape is like them: what a left arm shows holds for the right one.
         """
+        if self.is_plain:
+            return [(shape, number) for number, shape in enumerate(shapes)]
         most = SAME_SHAPE * bounding_box_diagonal(self.rest)
         is_repeated = not any(is_double for _, is_double in self._counts_before)
         found, one_sided = [], []

@@ -5,7 +5,7 @@ import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from ... import ids, wording
+from ... import ids
 from ...errors import MeanValueError, SceneError, require_none
 from ...live import engine
 from ...scene import kept, pose_object_making, pose_objects, subject
@@ -110,7 +110,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
                 return self.execute(context)
             view = tool_choice.find_view(context)
         except SceneError as error:
-            return self._warn(error)
+            return self.warn(error)
         self._circle = DragCircle()
         self._circle.show(*view, self._mouse)  # what is under the mouse is looked at next: large meshes take a while
         return self.begin(context, TICK_SECONDS)
@@ -133,7 +133,7 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         return obj
 
     def failed(self, error):
-        self._warn(error)
+        self.warn(error)
         return {'CANCELLED'} if self._grip is None else {'FINISHED'}  # what was made can be undone
 
     def react(self, context, event):
@@ -157,11 +157,6 @@ class MEANVALUE_OT_grab(ModalOperator, bpy.types.Operator):
         if self._circle is not None:
             self._circle.remove()
         self._grip = self._circle = self._pressed = None
-
-    def _warn(self, error):
-        """As refuse(), without Blender's popup under the mouse, which takes the next click."""
-        self.report({'WARNING'}, wording.sentence(str(error)))
-        return {'CANCELLED'}
 
     def _drag(self, context, event, obj):
         self._mouse = Vector((event.mouse_region_x, event.mouse_region_y))

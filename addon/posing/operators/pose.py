@@ -14,6 +14,7 @@ from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...scene.pose_object_making import remove_bare
 from ...scene.pose_objects import shown
+from ...solver import session
 from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import control_places, controls, examples, key_poses, new_handles, region, scene_input, targets
@@ -33,7 +34,7 @@ class SettledOperator(BackgroundOperator):
     def finish(self, obj, prepared, outcome):
         if prepared is not None:
             solved, _solution = outcome
-            prepared.keep()
+            session.remember(prepared.bind_input, prepared.binding)
             goal = prepared.targets
             composed = result.compose(prepared.bind_input, goal.positions, solved)
             along.write_result(obj, composed)

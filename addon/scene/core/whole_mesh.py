@@ -22,39 +22,21 @@ def turned(vectors, matrix):
     return vectors * signs if np.array_equal(matrix, np.diag(signs)) else vectors @ matrix.T
 
 
-def of(rest, copies=None, planes=None, twins=None):
-    """The whole of n x 3 `rest`; copies: as of scene/kept.py; planes, twins: as of mirrors.seams()."""
-    return PlainMesh(rest) if copies is None and planes is None else WholeMesh(rest, copies, planes, twins)
-
-
-class PlainMesh:
-    """The whole of a mesh without copies and planes: itself."""
-
-    def __init__(self, rest):
-        self._own_rest = rest
-
-    rest = property(lambda self: self._own_rest.astype(np.float64))
-    places = property(lambda self: np.arange(len(self._own_rest)))
-
-    def _as_it_is(self, values):
-        return values
-
-    @staticmethod
-    def pairs(vertices, points):
-        return vertices, points
-
-    triangles = values = start = cut_back = cut_back_rows = _as_it_is
-
-
 class WholeMesh:
     """N vertices, of n of the mesh.
 
-    rest    N x 3 float64, the seam in its planes
-    places  n int: which of the N each vertex is
+    rest      N x 3 float64, the seam in its planes
+    places    n int: which of the N each vertex is
+    is_plain  no copies, no planes: the mesh is the whole itself, and all stays as it is, to the bit; `rest` is float32
     """
 
-    def __init__(self, rest, copies, planes, twins):
+    def __init__(self, rest, copies=None, planes=None, twins=None):
+        """The whole of n x 3 float32 `rest`; copies: as of scene/kept.py; planes, twins: as of mirrors.seams()."""
         self._own_rest = rest
+        self.is_plain = copies is None and planes is None
+        if self.is_plain:
+            self.rest, self._images = rest, np.arange(len(rest))[None]
+            return
         self._firsts, self._merged = np.arange(len(rest)), np.arange(len(rest))
         if copies is not None:
             self._firsts, self._merged = np.unique(copies, return_inverse=True)
@@ -99,6 +81,8 @@ class WholeMesh:
     def triangles(self, triangles):
         """m x 3 int32 of the mesh to M x 3 of the whole, facing out. Without those that merging leaves no area; faces
         that lie in a seam are there once. Copies are last: of faces in one place the core reads the first."""
+        if self.is_plain:
+            return triangles
         merged = self._merged[triangles]
         triangles = triangles[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
         is_copy = self._firsts[self._merged] != np.arange(len(self._merged))
@@ -114,10 +98,12 @@ class WholeMesh:
 
     def values(self, values):
         """... x n of the mesh to ... x N: each has that of the lowest numbered vertex that it is an image of."""
-        return np.ascontiguousarray(values[..., self._firsts[self._source]])
+        return values if self.is_plain else np.ascontiguousarray(values[..., self._firsts[self._source]])
 
     def pairs(self, vertices, points):
         """(vertices of the whole, points) of k vertices and k x 3 points: with images where these are other ones."""
+        if self.is_plain:
+            return vertices, points
         found, places = self.places[vertices], [points]
         for turn, shift, images in zip(self._turns[1:], self._shifts[1:], self._images[1:], strict=True):
             is_new = ~np.isin(images[vertices], found)
@@ -127,7 +113,7 @@ class WholeMesh:
 
     def start(self, positions):
         """n x 3 positions of the mesh to N x 3 float64; None for None."""
-        return None if positions is None else self._moved(positions, range(len(self._turns)))
+        return positions if positions is None or self.is_plain else self._moved(positions, range(len(self._turns)))
 
     def _moved(self, positions, elements):
         """N x 3 float64: the mean of what some images of n x 3 positions say."""
@@ -138,6 +124,8 @@ class WholeMesh:
 
     def cut_back(self, positions):
         """N x 3 of the whole to the mesh's n x 3 float64, symmetric."""
+        if self.is_plain:
+            return positions
         moved = positions - self.rest
         moves = moved.take(self._images[0], axis=0)
         for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
@@ -146,6 +134,8 @@ class WholeMesh:
 
     def cut_back_rows(self, rows):
         """r x N x 3 to r x n x 3 float32."""
+        if self.is_plain:
+            return rows
         cut = np.empty((len(rows), *self._own_rest.shape), np.float32)
         for number, row in enumerate(rows):
             cut[number] = self.cut_back(row)

@@ -107,7 +107,7 @@ def whole_of(obj):
     """(the rest shape as scene/core/whole_mesh.py has it, its triangles). @throws SceneError."""
     rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.of(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
+    whole = whole_mesh.WholeMesh(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
     return whole, whole.triangles(mesh_arrays.triangles(obj.data, rest))
 
 
