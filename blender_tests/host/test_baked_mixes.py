@@ -2,7 +2,6 @@
 """In-between keys against the mixes that they stand for, at random settings of the sliders."""
 
 import itertools
-import time
 
 import numpy as np
 import pytest
@@ -138,15 +137,13 @@ def test_a_group_of_all_vertices_alike_is_none():
     assert mix.weights([0.8, 0.1]).shape == (3, len(REST))
 
 
-@pytest.mark.parametrize("count", [60, 240])
-def test_many_keys_are_baked_in_seconds(count):
-    """Bumps all over a limb: each overlaps many of the others."""
+def test_many_keys_are_baked_by_few_solves():
+    """Bumps all over a limb: each overlaps many of the others, and there are 28,680 pairs."""
+    count, solves = 240, []
     rng = np.random.default_rng(2)
     far = [((REST - middle) ** 2).sum(axis=1) for middle in REST[rng.integers(len(REST), size=count)]]
     moves = [np.exp(-each / 0.1)[:, None] * rng.normal(0.0, 0.1, 3) for each in far]
     mix = mix_of([(REST + move, None, 0, 1) for move in moves])
-    correction, begun = corrections(mix), time.process_time()
-    found, _total = search(mix, correction, 0.002 * mix.diagonal, 60)
-    assert time.process_time() - begun < 10.0
-    straight = max(farthest(correction(in_betweens.setting([(0, 1)] * count, number))) for number in range(64))
-    assert 0 < len(found.shapes) <= 60 and found.error < straight
+    correction = corrections(mix)
+    found, _total = search(mix, lambda values: solves.append(1) or correction(values), 0.002 * mix.diagonal, 60)
+    assert 0 < len(found.shapes) <= 60 and len(solves) < 5 * count

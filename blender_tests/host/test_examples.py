@@ -35,7 +35,7 @@ def test_weights_are_told_and_sum_to_one(bar):
 
 def test_a_sequence_bends_as_examples_do(bar):
     vertices, faces, anchors = bar
-    truths = np.array([bent(vertices, angle) for angle in np.linspace(0, 0.9, 8)])
+    truths = np.array([bent(vertices, angle) for angle in np.linspace(0, 0.9, 4)])
     alone = meanvalue.Deformer(vertices, faces, anchors)
     taught = meanvalue.Deformer(vertices, faces, anchors, examples=bent(vertices, 1.4)[None])
 
