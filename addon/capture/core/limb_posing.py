@@ -9,9 +9,8 @@ from . import facing, proportions
 from .landmarks import heights_of, side_of
 from .proportions import hips_of
 
-#: Directions that a limb is tried in and cosine of how far they may be from the skin at its end; rolls about that;
-#: rounds of refinement.
-DIRECTIONS, NEAR_TIP, ROLLS, ROUNDS = 3000, np.cos(np.radians(30.0)), 36, 12
+#: Rolls that a part of a limb is tried in; rounds of refinement.
+ROLLS, ROUNDS = 36, 12
 #: How often both parts of a limb are turned by themselves.
 ALONE = 3
 #: How far (over the body's height) a point of the skin that looks across the way of a marker's seems to be off.
@@ -58,16 +57,8 @@ class Limb:
                 points = np.stack([first @ turn @ ways[0], ways[1]])
                 whole = turns_between(*(points - np.outer(points @ axis, axis))) @ first
                 posed[self.numbers] = self._joint + (posed[self.numbers] - self._joint) @ whole.T
-        k = np.arange(DIRECTIONS) + 0.5
-        z, angle = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k
-        directions = np.stack([np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z], axis=1)
-        tip = tip - self._joint
-        directions = directions[directions @ tip > NEAR_TIP * np.linalg.norm(tip)]
         around = posed[self.numbers] - self._joint
-        turns = turns_between(np.broadcast_to(around.mean(axis=0), directions.shape), directions)
-        # Where it is comes first: how it is rolled is told by another search.
-        costs = self._costs(np.einsum("dij,kj->dki", turns, around) + self._joint, None)
-        posed[self.numbers] = self._joint + around @ turns[costs.argmin()].T
+        posed[self.numbers] = self._joint + around @ turns_between(around.mean(axis=0), tip - self._joint).T
         for numbers in filter(None, (self.numbers, self._fore) * 2):
             pivot = self._joint if numbers is self.numbers else posed[self._middle].mean(axis=0)
             rolled = posed[numbers] if is_rolled else self._rolled(posed[numbers], numbers, pivot)
@@ -98,7 +89,8 @@ class Limb:
         angles = 2.0 * np.pi * np.arange(ROLLS) / ROLLS
         axis = points.mean(axis=0) - pivot
         tried = pivot + np.einsum("rij,kj->rki", about(axis, angles), points - pivot)
-        return tried[self._costs(tried, numbers).argmin()]
+        costs = self._nearest(tried.reshape(-1, 3), np.tile(numbers, ROLLS))[1]
+        return tried[costs.reshape(ROLLS, -1).sum(axis=1).argmin()]
 
     def _settled(self, points, numbers, pivot, axis=(0.0, 0.0, 0.0)):
         kept = np.array(axis)  # else what is flat would be turned over, where its mirror image fits better
@@ -110,11 +102,6 @@ class Limb:
             points = pivot + (points - pivot) @ turn.T
         return points
 
-    def _costs(self, tried, numbers):
-        """(t,): mean square distances of tries (t, k, 3) of the markers `numbers`; None: wherever they look."""
-        repeated = None if numbers is None else np.tile(numbers, len(tried))
-        return self._nearest(tried.reshape(-1, 3), repeated)[1].reshape(len(tried), -1).mean(axis=1)
-
     def _nearest(self, points, numbers):
         """(the sample that suits each of points (k, 3) best, its square distance and what it looks another way)."""
         nearest, costs = np.empty(len(points), np.int64), np.empty(len(points))
@@ -122,9 +109,8 @@ class Limb:
         for begin in range(0, len(points), 500):
             part = slice(begin, begin + 500)
             found = squares - 2.0 * points[part] @ self._samples.T
-            if numbers is not None:
-                faces = self._faces[numbers[part]]
-                found += self._reach**2 * (np.linalg.norm(faces, axis=1)[:, None] - faces @ self._normals.T)
+            faces = self._faces[numbers[part]]
+            found += self._reach**2 * (np.linalg.norm(faces, axis=1)[:, None] - faces @ self._normals.T)
             nearest[part] = found.argmin(axis=1)
             costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
         return self._samples[nearest], np.maximum(costs, 0.0)
@@ -147,11 +133,11 @@ def posed_and_actor(markers, landmarks, body):
     """(posed, actor), (m, 3) each: the aligned markers with arms and legs turned, about their joints, to where the mesh
     has them, and these with the actor's own lengths, which is the reference that `retarget()` needs.
 
-    Arms are stretched out, and legs whose knee is bent. Each limb is tried in all directions about that of the end of
-    its skin, and rolled about that; the best one is refined by ICP, first the whole limb, then what is beyond elbow or
-    knee. Markers look for skin that looks their way (facing.py), joints for the middle of the limb. Only skin beyond
-    the shoulder is an arm's: arms of a mesh that lie at its sides are not followed. A limb that would not lie much
-    nearer to its skin is left alone. Where legs are unusual, markers go to their heights first (proportions.py).
+    Arms are stretched out, and legs whose knee is bent. Each limb is turned to the end of its skin and rolled about
+    that, then refined by ICP, first the whole limb, then what is beyond elbow or knee. Markers look for skin that looks
+    their way (facing.py), joints for the middle of the limb. Only skin beyond the shoulder is an arm's: arms of a mesh
+    that lie at its sides are not followed. A limb that would not lie much nearer to its skin is left alone. Where legs
+    are unusual, markers go to their heights first (proportions.py).
 
     markers  (m, 3) aligned with the Body; landmarks  m names or None. Arms need markers (or joints) of shoulder and
     elbow, legs of knee and pelvis or hip, or they are left alone.
