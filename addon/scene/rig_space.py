@@ -103,23 +103,26 @@ def measure(obj):
     """
     if not is_there(obj):
         return None
-    rest = shape_keys.rest_positions(obj.data).astype(np.float64)
-    size = bounding_box_diagonal(rest)
+    size = bounding_box_diagonal(shape_keys.rest_positions(obj.data))
     if not (np.isfinite(size) and size > 0.0):
         return None
     with evaluating(obj) as evaluate:
-        seen = evaluate(rest)
-        jacobians = np.empty((len(rest), 3, 3))
-        for axis in range(3):
-            jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
-        probe = PROBE * size * np.array((1.0, -1.0, 1.0))
-        bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
+        space = measured(obj, evaluate)
+    return None if space.is_identity else space
+
+
+def measured(obj, evaluate):
+    """As measure(), by a function of evaluating()."""
+    rest = shape_keys.rest_positions(obj.data).astype(np.float64)
+    size, seen, jacobians = bounding_box_diagonal(rest), evaluate(rest), np.empty((len(rest), 3, 3))
+    for axis in range(3):
+        jacobians[:, :, axis] = (evaluate(rest + STEP * size * np.eye(3)[axis]) - seen) / (STEP * size)
+    probe = PROBE * size * np.array((1.0, -1.0, 1.0))
+    bend = np.abs(evaluate(rest + probe) - seen - jacobians @ probe).max()
     if not (np.isfinite(seen).all() and np.isfinite(jacobians).all()):
         raise SceneError(f"{named(obj)} puts vertices of '{obj.name}' at places that are not numbers. Reset it")
     space = SeenSpace(rest, seen, jacobians, False, size)
-    if bend <= STRAIGHT * space.reach:
-        space = dataclasses.replace(space, is_affine=True)
-    return None if space.is_identity else space
+    return dataclasses.replace(space, is_affine=True) if bend <= STRAIGHT * space.reach else space
 
 
 @contextlib.contextmanager

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The poses of bones that shape keys are for, stored with them; and keys for the other side."""
 
+import contextlib
 import itertools
 import zlib
 
@@ -9,14 +10,20 @@ import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 from ...errors import SceneError
+from ...live import engine
 from ...scene import actions, along, kept, key_marks, mesh_arrays, rig_space, shape_keys, vertex_groups
 from ...scene.core import whole_mesh
 from ...scene.core.key_shapes import KeyShapes
+from ...scene.core.point_sets import bounding_box_diagonal
 from ...scene.key_marks import Role
 from ...scene.surface import Surface
 
 #: On the datablock of the keys: {mark of a key: {bone: its turn}}; on the object: what a muted driver is of.
 POSES, BONES = "meanvalue_poses", "meanvalue_bones"
+
+#: On the datablock of the keys: {mark of a key: {"rig": {bone: 16 numbers, what it does of itself}, "seen": n x 3
+#: float32 where the key alone was seen}}. Of the size: from where on a key is off, and is brought nearer.
+SHOWN, OFF, NEAR = "meanvalue_shown", 1e-4, 2e-6
 
 #: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Of the size of the rig: how near
 #: a bone is to the image of the one across.
@@ -59,7 +66,12 @@ def follow_bones(obj, new=()):
     for mark, pose in poses.items():
         poses[mark] = {names.get(_variable(bone), bone): turn for bone, turn in pose.items()}
     keys[POSES] = {**poses, **dict(new)}
-    bones = {*itertools.chain(*keys[POSES].values())}
+    for mark in [*keys.get(SHOWN, ())]:
+        rig_pose = keys[SHOWN][mark]["rig"].to_dict()
+        keys[SHOWN][mark]["rig"] = {names.get(_variable(bone), bone): numbers for bone, numbers in rig_pose.items()}
+        if mark not in marks or mark in dict(new):
+            del keys[SHOWN][mark]
+    bones = {*itertools.chain(*keys[POSES].values(), *(each["rig"] for each in keys.get(SHOWN, {}).values()))}
     if rig is not None and any(names.get(_variable(bone)) != bone for bone in bones):
         obj[BONES] = 0.0
         obj.driver_remove(f'["{BONES}"]')
@@ -76,6 +88,71 @@ def pose_of(key, rig=None):
     pose = key.id_data.get(POSES, {}).get(repr(key.slider_min), {})
     found = {name: Quaternion(turn) for name, turn in pose.items()}
     return found if rig is None or all(name in rig.pose.bones for name in found) else {}
+
+
+def note_shown(obj, key):
+    """What the key shows by itself with the rig as it is, which is its pose, is what it is to show there."""
+    keys, rig = key.id_data, rig_space.armature(obj)
+    with rig_space.evaluating(obj, alone=True) as evaluate:
+        seen = evaluate(_alone(obj, key)).astype(np.float32).tobytes()
+    posed = {each.name: [*itertools.chain(*each.matrix_basis)] for each in rig.pose.bones}
+    if SHOWN not in keys:
+        keys[SHOWN] = {}
+    keys[SHOWN][repr(key.slider_min)] = {"rig": posed, "seen": seen}
+    follow_bones(obj)
+
+
+def _alone(obj, key):
+    """n x 3 float64: the rest shape with what the key adds."""
+    return next(KeyShapes(**vertex_groups.key_parts(obj, [vertex_groups.slider_of(obj, key)])).shapes())
+
+
+@contextlib.contextmanager
+def _posing(rig):
+    """Inside, the rig may be posed, which nothing follows: afterwards it is as it was."""
+    paths = "location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale"
+    former = [(bone, path, tuple(getattr(bone, path))) for bone in rig.pose.bones for path in paths]
+    with engine.held():
+        try:
+            yield
+        finally:
+            for channel in former:
+                setattr(*channel)
+            bpy.context.view_layer.update()
+
+
+def refresh(obj, writes):
+    """{name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; writes: it is brought
+    there. Those of which that is not known are left out. @throws SceneError."""
+    rig, found, keys = rig_space.armature(obj), {}, obj.data.shape_keys
+    with _posing(rig):
+        for key in keys.key_blocks:
+            known = keys.get(SHOWN, {}).get(repr(key.slider_min), {"seen": b"", "rig": {}})
+            seen = np.frombuffer(known["seen"], np.float32).reshape(-1, 3).astype(np.float64)
+            if len(seen) != len(obj.data.vertices):
+                continue
+            for bone in rig.pose.bones:
+                numbers = known["rig"].get(bone.name, np.eye(4))
+                bone.matrix_basis = Matrix(np.reshape(numbers, (4, 4)).tolist())
+            bpy.context.view_layer.update()
+            found[key.name] = _refresh(obj, key, seen, writes)
+    return found
+
+
+def _refresh(obj, key, seen, writes):
+    size, shape = bounding_box_diagonal(seen), _alone(obj, key)
+    with rig_space.evaluating(obj, alone=True) as evaluate:
+        off = then = np.abs(evaluate(shape) - seen).max(initial=0.0) / size
+        if writes and off > NEAR:
+            space, found = rig_space.measured(obj, evaluate), shape.copy()
+            moved = np.flatnonzero(~space.is_flat)
+            found[moved] = space.in_key(moved, seen[moved], evaluate)
+            then = np.abs(evaluate(found) - seen).max(initial=0.0) / size
+    if then < off:
+        mask = vertex_groups.weights(obj, {key.vertex_group}).get(key.vertex_group, np.ones(len(seen)))[:, None]
+        own = shape_keys.positions(key) + (found - shape) / np.where(mask > 1e-3, mask, np.inf)
+        shape_keys.write_positions(obj.data, key, own.astype(np.float32))
+    return off, min(off, then)
 
 
 def pose_rig(rig, keys, key):
@@ -120,8 +197,7 @@ def _mirrored(obj, key):
     rest, across = shape_keys.rest_positions(obj.data), np.array(_across(obj))
     row = *np.diag(across < 0.0).astype(float), 0.0
     twins = kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
-    shapes = KeyShapes(**vertex_groups.key_parts(obj, [vertex_groups.slider_of(obj, key)]))
-    offsets, lost = shapes.offset(0), np.flatnonzero(twins < 0)  # what masks it is part of its shape
+    offsets, lost = _alone(obj, key) - rest, np.flatnonzero(twins < 0)  # what masks it is part of its shape
     moved = offsets[twins]
     if len(lost):
         surface = Surface(rest, mesh_arrays.triangles(obj.data, rest))

@@ -153,6 +153,18 @@ def _side(name):
     return (name > flipped) - (name < flipped)
 
 
+def _refresh(obj, writes):
+    """As run() returns."""
+    found = key_poses.refresh(obj, writes) if rig_space.armature(obj) else {}
+    if not found:
+        raise SceneError("What kept poses showed is not known. Pose the rig, and Drive by Pose > As Posed Now")
+    off = {name: pair for name, pair in found.items() if pair[0] > key_poses.OFF}
+    lines = [f"'{name}': {before:.2%} of the size off, now {then:.2%}" for name, (before, then) in off.items()]
+    left = writes and any(then > key_poses.OFF for _, then in off.values())
+    notes = ["What modifiers smooth away, as Corrective Smooth does, no key brings back"] if left else []
+    return [f"{len(off)} of {wording.counted(len(found), 'kept pose')} off", *lines], notes
+
+
 def _mirror(obj, key, all_of_side):
     """As run() returns."""
     if not _side(key.name):
@@ -186,6 +198,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         items=(
             ('DRIVE', "Drive", "Have bones drive it, and all others of these bones: on where it was kept, off at rest"),
             ('POSE', "Pose the Rig", "Turn the bones to the pose that it is for"),
+            ('REFRESH', "Refresh All", "Have kept poses show what they showed, after weights or modifiers changed"),
+            ('CHECK', "Check All", "Tell which kept poses do not show what they showed, and by how much"),
             ('MIRROR', "Mirror or Update the Pair", "Make the key of the other side like this one, as .L and .R tell"),
             ('MIRROR_ALL', "Mirror All", "Make those of the other side like all of this side"),
         ),
@@ -240,11 +254,14 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             return f"{wording.counted(len(gone), 'pose is', 'poses are')} driven no more", []
         if self.does == 'POSE':
             return key_poses.pose_rig(rig, group_of(key), key), []
+        if self.does in ('REFRESH', 'CHECK'):
+            return _refresh(obj, self.does == 'REFRESH')
         if self.does != 'DRIVE':
             return _mirror(obj, key, self.does == 'MIRROR_ALL')
         require_none(_driver_problem(obj, key))
         turned, has_angle = turns_now(obj, key), self.properties.is_property_set("angle")
-        pose = (not self.now and pose_of(key, rig)) or turned
+        stored = pose_of(key, rig)
+        pose = (not self.now and stored) or turned
         if self.bone and self.bone not in rig.pose.bones:
             raise SceneError(f"'{rig.name}' has no bone '{self.bone}'. Choose one that it has")
         if self.bone or has_angle:
@@ -255,7 +272,10 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         if not any(Vector(turn[1:]).length >= LEAST_TURN for turn in pose.values()):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         lost = [f"Range Min was {key.slider_min:g}, and is 0"] * (key.slider_min < -0.01)
-        store(obj, key, pose)
+        if pose is not stored or repr(key.slider_min) not in key.id_data[POSES]:
+            store(obj, key, pose)
+        if pose is turned:
+            key_poses.note_shown(obj, key)
         notes = drive(obj, [key]) + lost
         names = wording.quoted([each.name for each in group_of(key)], limit=MOST_POSES)
         return f"The pose of {wording.quoted(pose)} drives {names}", notes

@@ -75,6 +75,8 @@ def _keep_for_rig(obj, key):
             shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, key) for key in shown]))
             shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
             shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
+    if turns:
+        key_poses.note_shown(obj, key)
     if mates:
         what = f"What {wording.quoted([each.name for each in mates])} showed is part of '{key.name}'"
         notes.append(f"{what}, since they are for other poses of these bones")
