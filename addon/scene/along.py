@@ -237,6 +237,15 @@ def group(obj):
     return [obj, *(other for _, other in worn.taken(obj))]
 
 
+def keys_of(obj, key):
+    """[(object, its key)]: of the mesh, and those of what goes along that this key drives."""
+    path, found = (key.id_data, key.path_from_id("value")), [(obj, key)]
+    for other in group(obj)[1:]:
+        keys = other.data.shape_keys
+        found += [(other, each) for each in (keys.key_blocks if keys else ()) if actions.source_of(each) == path]
+    return found
+
+
 def keep(obj, key):
     """The pose is kept as `key`: in all that goes along as a key of the same name, which that drives."""
     for other in group(obj)[1:]:

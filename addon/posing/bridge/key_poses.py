@@ -3,6 +3,7 @@
 
 import contextlib
 import itertools
+import re
 import zlib
 
 import bpy
@@ -21,13 +22,28 @@ from ...scene.surface import Surface
 #: On the datablock of the keys: {mark of a key: {bone: its turn}}; on the object: what a muted driver is of.
 POSES, BONES = "meanvalue_poses", "meanvalue_bones"
 
-#: On the datablock of the keys: {mark of a key: {"rig": {bone: 16 numbers, what it does of itself}, "seen": n x 3
-#: float32 where the key alone was seen}}. Of the size: from where on a key is off, and is brought nearer.
+#: On the datablock of the keys, of what goes along too: {mark of the mesh's key: {"rig": {bone: 16 numbers, what it
+#: does of itself}, "seen": n x 3 float32 where the key alone was seen, "off": share of the size when checked last}}. Of
+#: the size: from where on a key is off, and is brought nearer.
 SHOWN, OFF, NEAR = "meanvalue_shown", 1e-4, 2e-6
 
 #: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Of the size of the rig: how near
 #: a bone is to the image of the one across.
 LEAST_TURN, SAME_PLACE = 0.005, 1e-3
+
+_OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)")
+
+
+def is_driven(key):
+    """Whether its driver is one of ours."""
+    curve = actions.driver_of(key)
+    return bool(curve and _OURS.fullmatch(curve.driver.expression))
+
+
+def is_free(key):
+    """Whether neither a driver nor keyframes of an artist's move it."""
+    keyframes, _values = actions.read_keys(key.id_data, key.path_from_id("value"))
+    return is_driven(key) or not (actions.driver_of(key) or len(keyframes))
 
 
 def turns_now(obj, key):
@@ -91,15 +107,20 @@ def pose_of(key, rig=None):
 
 
 def note_shown(obj, key):
-    """What the key shows by itself with the rig as it is, which is its pose, is what it is to show there."""
-    keys, rig = key.id_data, rig_space.armature(obj)
-    with rig_space.evaluating(obj, alone=True) as evaluate:
-        seen = evaluate(_alone(obj, key)).astype(np.float32).tobytes()
-    posed = {each.name: [*itertools.chain(*each.matrix_basis)] for each in rig.pose.bones}
-    if SHOWN not in keys:
-        keys[SHOWN] = {}
-    keys[SHOWN][repr(key.slider_min)] = {"rig": posed, "seen": seen}
+    """What the key and what goes along show alone with the rig as it is, which is its pose, they are to show there."""
+    bones = rig_space.armature(obj).pose.bones
+    posed = {each.name: [*itertools.chain(*each.matrix_basis)] for each in bones if each.matrix_basis != Matrix()}
+    for other, own in along.keys_of(obj, key):
+        with contextlib.suppress(SceneError), rig_space.evaluating(other, alone=True) as evaluate:
+            seen = evaluate(_alone(other, own)).astype(np.float32).tobytes()
+            own.id_data[SHOWN] = own.id_data.get(SHOWN, {})
+            own.id_data[SHOWN][repr(key.slider_min)] = {"rig": posed, "seen": seen, "off": 0.0}
     follow_bones(obj)
+
+
+def off_by(key):
+    """How far the key was from what it is to show when that was checked last, as a share of the size."""
+    return key.id_data.get(SHOWN, {}).get(repr(key.slider_min), {"off": 0.0})["off"]
 
 
 def _alone(obj, key):
@@ -121,25 +142,29 @@ def _posing(rig):
             bpy.context.view_layer.update()
 
 
-def refresh(obj, writes):
+def refresh(obj, keys, writes):
     """{name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; writes: it is brought
-    there. Those of which that is not known are left out. @throws SceneError."""
-    rig, found, keys = rig_space.armature(obj), {}, obj.data.shape_keys
+    there, with what goes along. Those of which that is not known are left out. @throws SceneError."""
+    rig, found = rig_space.armature(obj), {}
+    known = {key: obj.data.shape_keys.get(SHOWN, {}).get(repr(key.slider_min)) for key in keys}
     with _posing(rig):
-        for key in keys.key_blocks:
-            known = keys.get(SHOWN, {}).get(repr(key.slider_min), {"seen": b"", "rig": {}})
-            seen = np.frombuffer(known["seen"], np.float32).reshape(-1, 3).astype(np.float64)
-            if len(seen) != len(obj.data.vertices):
-                continue
+        for key in filter(known.get, keys):
             for bone in rig.pose.bones:
-                numbers = known["rig"].get(bone.name, np.eye(4))
+                numbers = known[key]["rig"].get(bone.name, np.eye(4))
                 bone.matrix_basis = Matrix(np.reshape(numbers, (4, 4)).tolist())
             bpy.context.view_layer.update()
-            found[key.name] = _refresh(obj, key, seen, writes)
+            offs = [_refresh(*each, repr(key.slider_min), writes) for each in along.keys_of(obj, key)]
+            if any(offs):
+                found[key.name] = tuple(map(max, zip(*filter(None, offs), strict=True)))
+                known[key]["off"] = found[key.name][1]
     return found
 
 
-def _refresh(obj, key, seen, writes):
+def _refresh(obj, key, mark, writes):
+    known = key.id_data.get(SHOWN, {}).get(mark, {"seen": b""})
+    seen = np.frombuffer(known["seen"], np.float32).reshape(-1, 3).astype(np.float64)
+    if len(seen) != len(obj.data.vertices):
+        return None
     size, shape = bounding_box_diagonal(seen), _alone(obj, key)
     with rig_space.evaluating(obj, alone=True) as evaluate:
         off = then = np.abs(evaluate(shape) - seen).max(initial=0.0) / size
@@ -168,21 +193,25 @@ def pose_rig(rig, keys, key):
 
 def mirror(obj, keys):
     """Keys for the other side by their names, written anew if they are there, with their poses. Returns ({key: its
-    pair}, names of bones that none is across from, how many vertices have no mirror image)."""
-    pairs, alone, lost = {}, set(), 0
+    pair}, names of bones that none is across from, how many vertices have no mirror image, names of keys of what goes
+    along that an artist moves)."""
+    pairs, alone, lost, taken = {}, set(), 0, []
     for key in keys:
         pairs[key], missing = _mirrored(obj, key)
-        lost, path = max(lost, missing), (key.id_data, key.path_from_id("value"))
-        for other in along.group(obj)[1:]:
-            for own in list(other.data.shape_keys.key_blocks) if other.data.shape_keys else ():
-                if actions.source_of(own) == path and bpy.utils.flip_name(own.name) != own.name:
-                    along.drive(_mirrored(other, own)[0], pairs[key])
+        lost = max(lost, missing)
+        for other, own in along.keys_of(obj, key)[1:]:
+            if bpy.utils.flip_name(own.name) != own.name:
+                pair = _mirrored(other, own)[0]
+                if is_free(pair):
+                    along.drive(pair, pairs[key])
+                elif (other, pair) not in along.keys_of(obj, pairs[key]):
+                    taken.append(pair.name)
         pose = pose_of(key)
         images = _images(obj, pose) if rig_space.armature(obj) is not None else {}
         alone.update(pose.keys() - images)
         if images:
             store(obj, pairs[key], dict(images.values()))
-    return pairs, sorted(alone), lost
+    return pairs, sorted(alone), lost, taken
 
 
 def _across(obj):

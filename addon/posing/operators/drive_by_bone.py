@@ -19,27 +19,13 @@ from ...errors import SceneError, require_none
 from ...scene import actions, key_marks, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 from ..bridge import key_poses
-from ..bridge.key_poses import LEAST_TURN, POSES, follow_bones, pose_of, store, turns_now
+from ..bridge.key_poses import LEAST_TURN, POSES, follow_bones, is_driven, is_free, pose_of, store, turns_now
 
 #: Squared distances: below the first two poses are one, and below the second, of 10 degrees, keys show at each other's.
 SAME, NEAR = 1e-5, 0.03
 
 #: Poses of a group, and factors in an expression, of which Blender keeps 255 characters.
 MOST_POSES, FACTORS = 12, 5
-
-_OURS = re.compile(r"u\d+/\(u0(\+u\d+)*\)")
-
-
-def is_driven(key):
-    """Whether its driver is one of ours."""
-    curve = actions.driver_of(key)
-    return bool(curve and _OURS.fullmatch(curve.driver.expression))
-
-
-def is_free(key):
-    """Whether neither a driver nor keyframes of an artist's move it."""
-    keyframes, _values = actions.read_keys(key.id_data, key.path_from_id("value"))
-    return is_driven(key) or not (actions.driver_of(key) or len(keyframes))
 
 
 def group_of(key):
@@ -153,9 +139,9 @@ def _side(name):
     return (name > flipped) - (name < flipped)
 
 
-def _refresh(obj, writes):
+def _refresh(obj, keys, writes):
     """As run() returns."""
-    found = key_poses.refresh(obj, writes) if rig_space.armature(obj) else {}
+    found = key_poses.refresh(obj, keys, writes) if rig_space.armature(obj) else {}
     if not found:
         raise SceneError("What kept poses showed is not known. Pose the rig, and Drive by Pose > As Posed Now")
     off = {name: pair for name, pair in found.items() if pair[0] > key_poses.OFF}
@@ -171,11 +157,16 @@ def _mirror(obj, key, all_of_side):
         raise SceneError(f"The name of '{key.name}' tells no side. Let it end in .L or .R")
     ours = shape_keys.made_names(obj)
     sided = [each for each in key.id_data.key_blocks if each.name not in ours and _side(each.name) == _side(key.name)]
-    pairs, alone, lost = key_poses.mirror(obj, sided if all_of_side else [key])
+    former = {each.name: (each.slider_min, each.vertex_group) for each in key.id_data.key_blocks}
+    pairs, alone, lost, own = key_poses.mirror(obj, sided if all_of_side else [key])
     notes = [f"No bone is across from {wording.quoted(alone)}"] if alone else []
     notes += [f"{wording.vertices(lost)} without a mirror image go as the surface there does"] if lost else []
-    own = [each.name for pair in pairs.items() for each in pair if not is_free(each)]
+    own += [each.name for pair in pairs.items() for each in pair if not is_free(each)]
     notes += [f"Drivers and keyframes of your own are not mirrored: {wording.quoted(own)}"] if own else []
+    for pair in pairs.values():
+        low, group = former.get(pair.name, (0.0, ""))
+        notes += [f"Range Min of '{pair.name}' was {low:g}, and is 0"] * (abs(low - pair.slider_min) > 0.01)
+        notes += [f"What '{group}' masked is part of '{pair.name}'"] * bool(group)
     driven = [pair for each, pair in pairs.items() if is_driven(each) and is_free(pair)]
     try:
         notes += drive(obj, driven) if driven else []
@@ -198,7 +189,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         items=(
             ('DRIVE', "Drive", "Have bones drive it, and all others of these bones: on where it was kept, off at rest"),
             ('POSE', "Pose the Rig", "Turn the bones to the pose that it is for"),
-            ('REFRESH', "Refresh All", "Have kept poses show what they showed, after weights or modifiers changed"),
+            ('REFRESH', "Refresh", "Have it show what it showed at its pose, after weights or modifiers changed"),
+            ('REFRESH_ALL', "Refresh All", "Have all kept poses show what they showed at theirs"),
             ('CHECK', "Check All", "Tell which kept poses do not show what they showed, and by how much"),
             ('MIRROR', "Mirror or Update the Pair", "Make the key of the other side like this one, as .L and .R tell"),
             ('MIRROR_ALL', "Mirror All", "Make those of the other side like all of this side"),
@@ -228,7 +220,6 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         obj = subject.of(context)
         if self.remove or self.does != 'DRIVE' or not _key(obj) or _driver_problem(obj, _key(obj)):
             return self.execute(context)
-        follow_bones(obj)
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
@@ -254,8 +245,8 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
             return f"{wording.counted(len(gone), 'pose is', 'poses are')} driven no more", []
         if self.does == 'POSE':
             return key_poses.pose_rig(rig, group_of(key), key), []
-        if self.does in ('REFRESH', 'CHECK'):
-            return _refresh(obj, self.does == 'REFRESH')
+        if self.does in ('REFRESH', 'REFRESH_ALL', 'CHECK'):
+            return _refresh(obj, [key] if self.does == 'REFRESH' else key.id_data.key_blocks[:], self.does != 'CHECK')
         if self.does != 'DRIVE':
             return _mirror(obj, key, self.does == 'MIRROR_ALL')
         require_none(_driver_problem(obj, key))

@@ -65,16 +65,11 @@ def _keep_for_rig(obj, key):
         mates = [each for each in drive_by_bone.group_of(key) if each != key and each.value and not each.mute]
         apart = (drive_by_bone.places_of([turns, key_poses.pose_of(each)])[2][0, 1] for each in mates)
         mates = [each for each, away in zip(mates, apart, strict=True) if away > drive_by_bone.SAME]
-    for other in along.group(obj) if mates else ():
-        found = {}
-        for each in other.data.shape_keys.key_blocks if other.data.shape_keys else ():  # along, those that ours drive
-            found[(each.id_data, each.path_from_id("value")) if other == obj else actions.source_of(each)] = each
-        kept, *shown = (found.get((each.id_data, each.path_from_id("value"))) for each in (key, *mates))
-        if kept is not None:
-            shown = [each for each in shown if each is not None]
-            shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, key) for key in shown]))
-            shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
-            shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
+    for other, kept in along.keys_of(obj, key) if mates else ():
+        shown = [own for each in mates for who, own in along.keys_of(obj, each) if who == other]
+        shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, each) for each in shown]))
+        shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
+        shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
     if turns:
         key_poses.note_shown(obj, key)
     if mates:

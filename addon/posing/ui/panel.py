@@ -52,6 +52,8 @@ class MEANVALUE_UL_kept_poses(bpy.types.UIList):
         row = layout.row(align=True)
         row.prop(item, "name", text="", emboss=False)
         row.prop(item, "value", text="", slider=True, emboss=False)
+        if key_poses.off_by(item) > key_poses.OFF:
+            row.label(text=f"{key_poses.off_by(item):.1%} off")
         if key_poses.pose_of(item):
             button = row.operator("meanvalue.drive_by_bone", text="", icon='POSE_HLT', emboss=False)
             button.does, button.key = 'POSE', item.name
