@@ -26,6 +26,7 @@ POSES, BONES = "meanvalue_poses", "meanvalue_bones"
 #: does of itself}, "seen": n x 3 float32 where the key alone was seen, "off": share of the size when checked last}}. Of
 #: the size: from where on a key is off, and is brought nearer.
 SHOWN, OFF, NEAR = "meanvalue_shown", 1e-4, 2e-6
+CHANNELS = "location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale"
 
 #: The sine of 0.3 degrees: a bone that is turned by less than twice that is not posed. Of the size of the rig: how near
 #: a bone is to the image of the one across.
@@ -77,17 +78,17 @@ def follow_bones(obj, new=()):
     for owner in (*key_marks.sharing(obj), obj):
         curve = owner.animation_data and owner.animation_data.drivers.find(f'["{BONES}"]')
         names |= {each.name: each.targets[0].bone_target for each in curve.driver.variables} if curve else {}
-    marks = {repr(each.slider_min) for each in keys.key_blocks}
-    poses = {mark: pose.to_dict() for mark, pose in keys.get(POSES, {}).items() if mark in marks}
-    for mark, pose in poses.items():
-        poses[mark] = {names.get(_variable(bone), bone): turn for bone, turn in pose.items()}
-    keys[POSES] = {**poses, **dict(new)}
-    for mark in [*keys.get(SHOWN, ())]:
-        rig_pose = keys[SHOWN][mark]["rig"].to_dict()
-        keys[SHOWN][mark]["rig"] = {names.get(_variable(bone), bone): numbers for bone, numbers in rig_pose.items()}
-        if mark not in marks or mark in dict(new):
-            del keys[SHOWN][mark]
-    bones = {*itertools.chain(*keys[POSES].values(), *(each["rig"] for each in keys.get(SHOWN, {}).values()))}
+
+    def of_now(pose):
+        return {names.get(_variable(bone), bone): numbers for bone, numbers in pose.items()}
+
+    marks, new = {repr(each.slider_min) for each in keys.key_blocks}, dict(new)
+    poses, known = (keys[each].to_dict() if each in keys else {} for each in (POSES, SHOWN))
+    keys[POSES] = {mark: of_now(pose) for mark, pose in poses.items() if mark in marks} | new
+    keys[SHOWN] = {
+        mark: each | {"rig": of_now(each["rig"])} for mark, each in known.items() if mark in marks - new.keys()
+    }
+    bones = {*itertools.chain(*keys[POSES].values(), *(each["rig"] for each in keys[SHOWN].values()))}
     if rig is not None and any(names.get(_variable(bone)) != bone for bone in bones):
         obj[BONES] = 0.0
         obj.driver_remove(f'["{BONES}"]')
@@ -128,30 +129,18 @@ def _alone(obj, key):
     return next(KeyShapes(**vertex_groups.key_parts(obj, [vertex_groups.slider_of(obj, key)])).shapes())
 
 
-@contextlib.contextmanager
-def _posing(rig):
-    """Inside, the rig may be posed, which nothing follows: afterwards it is as it was."""
-    paths = "location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale"
-    former = [(bone, path, tuple(getattr(bone, path))) for bone in rig.pose.bones for path in paths]
-    with engine.held():
-        try:
-            yield
-        finally:
-            for channel in former:
-                setattr(*channel)
-            bpy.context.view_layer.update()
-
-
 def refresh(obj, keys, writes):
     """{name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; writes: it is brought
     there, with what goes along. Those of which that is not known are left out. @throws SceneError."""
-    rig, found = rig_space.armature(obj), {}
+    bones, found = rig_space.armature(obj).pose.bones, {}
     known = {key: obj.data.shape_keys.get(SHOWN, {}).get(repr(key.slider_min)) for key in keys}
-    with _posing(rig):
+    with engine.held(), contextlib.ExitStack() as after:  # nothing follows, and the rig is as it was afterwards
+        after.callback(bpy.context.view_layer.update)
+        for bone, path in itertools.product(bones, CHANNELS):
+            after.callback(setattr, bone, path, tuple(getattr(bone, path)))
         for key in filter(known.get, keys):
-            for bone in rig.pose.bones:
-                numbers = known[key]["rig"].get(bone.name, np.eye(4))
-                bone.matrix_basis = Matrix(np.reshape(numbers, (4, 4)).tolist())
+            for bone in bones:
+                bone.matrix_basis = Matrix(np.reshape(known[key]["rig"].get(bone.name, np.eye(4)), (4, 4)))
             bpy.context.view_layer.update()
             offs = [_refresh(*each, repr(key.slider_min), writes) for each in along.keys_of(obj, key)]
             if any(offs):
