@@ -290,10 +290,10 @@ class MEANVALUE_PT_along(PosingPart, bpy.types.Panel):
 
     def draw(self, context):
         layout, obj = self.layout, subject.of(context)
-        settings, notes = obj.meanvalue, along.problems(obj)
+        settings, notes, name = obj.meanvalue, along.problems(obj), MEANVALUE_UL_along.__name__
         if settings.along:
             layout.label(text=f"Takes along {wording.counted(len(worn.taken(obj)), 'object')}")
-            layout.template_list("MEANVALUE_UL_along", "", settings, "along", settings, "active_along", rows=3, maxrows=6)
+            layout.template_list(name, "", settings, "along", settings, "active_along", rows=3, maxrows=6)
             notes += [f"A mix of shape keys moves '{obj.name}' alone"] if baked.source(obj) else []
         layout.operator("meanvalue.find_along", text="Find", icon='VIEWZOOM')
         for text in notes:
