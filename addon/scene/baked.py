@@ -40,10 +40,7 @@ def names_in(text):
 def hidden(obj):
     """{name: (in the viewport, in renders)}, where they were shown, of the modifiers that a bake has turned off. They
     are told by their types in turn: names may be others by now."""
-    text, found = obj.meanvalue.baked.hidden, {}
-    if text.startswith("{"):  # in older files
-        return {name: shown for name, shown in json.loads(text).items() if name in obj.modifiers}
-    left = [*names_in(text)]
+    left, found = [*names_in(obj.meanvalue.baked.hidden)], {}
     for each in obj.modifiers if left else ():
         if row := next((row for row in left if row[0] == each.type), None):
             left.remove(row)

@@ -63,7 +63,12 @@ def toggle_pin(obj, vertex, size, name=""):
     index = obj.meanvalue.handles.find(name)
     index = handle_at(obj, vertex) if index < 0 else index
     if index is not None:
-        return _let_go(obj, index)
+        handle = obj.meanvalue.handles[index]
+        if handle.follows != 'REST' and not handle.is_pin:
+            raise SceneError(f"'{handle.name}' is a handle, which holds like a pin. To remove it, press - in the list")
+        name = handle.name
+        controls.remove_handle(obj, index)
+        return f"Pin '{name}' is let go"
     vertices = near_vertices(obj, vertex, size)
     rest, posed = shape_keys.rest_positions(obj.data), shape_keys.posed_positions(obj)
     moves = 0.0 if posed is None else np.abs(posed - rest)[vertices].max(initial=0.0)
@@ -78,15 +83,6 @@ def toggle_pin(obj, vertex, size, name=""):
         handle.follows, handle.color = 'REST', PIN_COLOR
     obj.update_tag()
     return f"Pin '{handle.name}' holds {wording.vertices(len(vertices))}; Shift-click it again to let go"
-
-
-def _let_go(obj, index):
-    handle = obj.meanvalue.handles[index]
-    if handle.follows != 'REST' and not handle.is_pin:
-        raise SceneError(f"'{handle.name}' is a handle, which holds like a pin. To remove it, press - in the list")
-    name = handle.name
-    controls.remove_handle(obj, index)
-    return f"Pin '{name}' is let go"
 
 
 #: Of the mesh's size: what is nearer to the middle is on neither side.
