@@ -171,8 +171,7 @@ def retarget(markers, reference, character, landmarks):
         character = np.concatenate([character, hips + size * (reference[count:] - own)])
     graph = marker_graph(reference, landmarks, completed)
     turns = graph.rotations(reference, completed)
-    moved = carried(reference, completed, fit_rotations(reference, completed))  # as the whole body would carry them
-    completed = np.where(np.isnan(completed), np.where(np.isnan(moved), reference, moved), completed)
+    completed = complete(completed, reference, graph, turns)
     shape = _solved(graph, turns, completed, reference, character)
     root = [k for k, landmark in enumerate(landmarks) if "pelvis" in places.segments_of(landmark)]
     root = root or list(range(len(reference)))
@@ -184,6 +183,20 @@ def retarget(markers, reference, character, landmarks):
     result = (shape + (path - shape[:, root].mean(axis=1))[:, None])[:, :count]
     result[np.isnan(markers)] = np.nan
     return result
+
+
+def complete(markers, reference, graph, turns):
+    """(f, m, 3) without NaN: a missing marker is where the first of its cells that is seen would carry it, else the
+    whole body; in a frame with one marker or none, all is as in the reference. turns: of `MarkerGraph.rotations()`.
+    """
+    result = markers.copy()
+    cells = [members[weights > 0.0] for members, weights in zip(graph.members, graph.weights, strict=True)]
+    everything = np.arange(markers.shape[1]), turns.mean(axis=1)
+    for members, turned in (*zip(cells, turns.swapaxes(0, 1), strict=True), everything):
+        moved = carried(reference[members], markers[:, members], turned)
+        moved[(~np.isnan(markers[:, members, 0])).sum(axis=1) < 2] = np.nan  # one tells less than the whole body
+        result[:, members] = np.where(np.isnan(result[:, members]), moved, result[:, members])
+    return np.where(np.isnan(result), reference, result)
 
 
 def _solved(graph, turns, markers, reference, character):
