@@ -189,7 +189,7 @@ def test_missing_samples_stay_missing_and_hardly_move_the_others():
     walk, character = walking_figure.take(200), walking_figure.t_pose(0.7).clean[0]
     whole = planted(walk.clean, REFERENCE, character, 100.0, NAMES)
     holed = walk.clean.copy()
-    holed[50:120, at("LShin")] = np.nan
+    holed[50:120, [at("LShin"), at("RAnkleOut")]] = np.nan
     holed[80, :] = np.nan
     holed[90:100, at("WaistLFront")] = np.nan
     result = planted(holed, REFERENCE, character, 100.0, NAMES)
