@@ -171,8 +171,6 @@ def _chosen(given, frame, path, reference):
     seen = [number for number in used if not np.isnan(reference[number]).any()]
     unseen = [labels[number] for number in used if number not in seen]
     where = f"frame {frame:g} of '{given.standing.name}'"
-    if not used:
-        raise SceneError("No marker is ticked in the list. Tick those that should move the mesh")
     if not seen:
         other = "Frame" if {*labels} & {*given.standing.labels} else "Take"
         raise SceneError(f"No marker of the take is in {where}. Choose another Reference {other}")

@@ -17,6 +17,7 @@ from ... import wording
 from ...errors import MotionFileError
 from . import marker_sets, units
 from .recording import Recording, Take, usable_rate
+from .text_lines import decoded
 
 BLOCK = 512
 
@@ -108,11 +109,7 @@ class Parameters:
 
 
 def _text(raw):
-    raw = raw.split(b"\0", 1)[0]
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
+    text = decoded(raw.split(b"\0", 1)[0])
     return "".join(letter if letter.isprintable() else " " for letter in text).strip()
 
 

@@ -28,9 +28,9 @@ PLACE = re.compile(r"(?:(.*)[\s_.:\-])?(?:pos(?:ition)?s?|trans(?:lation)?|loc(?
 OTHER = re.compile(r"(?:(.*)[\s_.:\-])?(?:(?:rot|orient)(?:ation)?|q(?:uat\w*)?|euler|\w*acc\w*|vel\w*|ang\w*)", re.I)
 #: A cell of a row of axes; of these "rx" and "w" are of turns.
 ALONE = re.compile(r"t?([xyz])\d*|(?:r[xyz]|w)()", re.I)
-#: In a header: frames a second, also alone in a line; the unit; how many frames there are.
+#: In a header: frames a second, also alone in a line; the unit.
 RATE = re.compile(r"(export )?(?:(?:frame|data|sampl\w*) ?rate|frequency|fps)\W{1,4}([\d.]+)|^([\d.]+),*$", re.I | re.M)
-UNIT, FRAMES = re.compile(r"units?\W{1,4}(\w+)", re.I), re.compile(r"NO_OF_FRAMES,(\d{1,9})")
+UNIT = re.compile(r"units?\W{1,4}(\w+)", re.I)
 #: Rows that are looked at for a header; what Motive has beside markers.
 HEADER, SOLVED = 60, {"Bone": "bones", "Rigid Body": "rigid bodies"}
 NO_POINT = "no part of it is a point with X, Y and Z (what recorders of faces write is for Import Shape Key Values)"
@@ -112,7 +112,7 @@ def _split(lines):
 
 def _of_trc(lines):
     """As _columns(), and the rows."""
-    _, keys, values = (lines.next() or "" for _ in range(3))
+    _, keys, values = [*itertools.islice(lines, 3), "", ""][:3]
     keys, told = keys.lower().split(), _cells(values)
     told = told if len(told) <= len(keys) else values.split()  # some write two tabs between values
     told = collections.defaultdict(str, zip(keys, told, strict=False))
@@ -197,9 +197,7 @@ def _columns(lines, head, width):
     rates = [number_in(one or other) for _, one, other in sorted(RATE.findall(text), key=lambda found: not found[0])]
     lengths = [units_of[key] for key in whole if units.metres_in(units_of[key])] or UNIT.findall(text)
     lengths = lengths or ["mm"] * text.startswith("NO_OF_FRAMES")  # Qualisys has no other
-    frames = FRAMES.search(text)
-    known = {"rate_hz": usable_rate(*rates), "unit": (lengths or [""])[0], "notes": []}
-    known["frames"] = int(frames[1]) if frames else 0
+    known = {"rate_hz": usable_rate(*rates), "unit": (lengths or [""])[0], "notes": [], "frames": 0}
     if text.startswith("Format Version"):
         known["usual_up"] = "Y", "as Motive has it"
     types = {kind for _, kind, _ in whole}

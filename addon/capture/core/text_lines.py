@@ -36,10 +36,6 @@ class Lines:
             self.number += 1
             yield line.rstrip("\n")
 
-    def next(self) -> str | None:
-        """The next line, None at the end."""
-        return next(iter(self), None)
-
     def next_filled(self) -> str | None:
         """The next line that is not blank, None at the end."""
         return next((line for line in self if line.strip()), None)
