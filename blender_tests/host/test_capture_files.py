@@ -60,7 +60,7 @@ def test_a_unit_of_choice_overrules_the_file():
 def test_a_unit_of_choice_that_makes_no_person_is_followed_and_told():
     take = read_c3d(capture_files.c3d(walker.LABELS, 1000.0 * METRES, unit="mm"), unit=1e-5)
     assert np.abs(take.positions - 0.01 * METRES).max() < FLOAT_ERROR
-    assert has_note(take, "By the chosen unit", " cm large", "0.001 m for a unit")
+    assert has_note(take, "By the chosen unit", " m large", "0.001 m for a unit")
     assert not has_note(read_c3d(capture_files.c3d(walker.LABELS, 100.0 * METRES), unit=0.01), "By the chosen unit")
 
 

@@ -145,9 +145,9 @@ class Recording:
         ways = [way for way in (told, told * self.other_scale) if is_believable(way)]
         ways = ways or [fits if chosen is None and is_believable(fits) else told]
         metres = min(ways, key=lambda way: abs(np.log(extent * way / USUAL))) if extent else told
-        by_it = f"By the {'chosen unit' if chosen else 'file'} the subject is {units.length(extent * told)} large"
+        by_it = f"By the {'chosen unit' if chosen else 'file'} the subject is {extent * told:.3g} m large"
         if metres != told:
-            self.notes.append(f"{by_it}: {units.length(extent * metres)} is assumed. Choose a unit if that is wrong")
+            self.notes.append(f"{by_it}: {extent * metres:.3g} m is assumed. Choose a unit if that is wrong")
         elif extent and not is_believable(told):
             self.notes.append(f"{by_it}. A person would fit {fits:.4g} m for a unit: choose it if this is one")
         return float(metres)

@@ -73,11 +73,6 @@ def guess_unit(extent: float) -> tuple[float, str]:
     return 0.01, f"centimeters are assumed (the subject is {extent:.4g} units large, which fits a person in no unit)"
 
 
-def length(metres: float) -> str:
-    """Meters as people say it: "1.4 cm", "1.75 m"."""
-    return f"{100.0 * metres:.2g} cm" if metres < 0.995 else f"{metres:.3g} m"
-
-
 #: What names have in them: the height over that of the standing body. What fits first counts.
 _HEIGHTS = tuple((re.compile(words), height) for words, height in (
     (r"(?<!h)ank|mal(l|$)|(?<!w)heel|hee$|foot|toe|mt\d|metat|calc|cal$", 0.03), ("shank|shin|tib|fib", 0.2),
