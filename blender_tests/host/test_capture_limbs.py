@@ -9,6 +9,7 @@ from addon.capture.core.alignment import align_to_mesh
 from addon.capture.core.body import Body
 from addon.capture.core.limb_posing import Limb, posed_and_actor
 from addon.capture.core.matching import match_to_surface, skin_targets
+from addon.scene.core import motion
 from addon.scene.surface import Surface
 from blender_tests.support import body_mesh, mesh_files, walking_figure
 
@@ -57,6 +58,15 @@ def standing(down, bent, roll):
     return {**joints, **walking_figure.trunk_and_arms(joints["pelvis"], turns)}, turns
 
 
+def with_legs(joints, turns):
+    """(m, 3): markers of the figure whose legs are turned like that."""
+    for side in "LR":
+        joints[f"knee.{side}"] = joints[f"hip.{side}"] + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
+        joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
+        joints[f"toe.{side}"] = joints[f"ankle.{side}"] + turns[f"foot.{side}"] @ walking_figure.TOE
+    return walking_figure.markers_on(joints, turns)[0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("roll", [0.0, 0.9, -0.9])
 @pytest.mark.parametrize("set_name", ARMS)
@@ -100,10 +110,7 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
         for bone in ("thigh", "shank"):
             turns[f"{bone}.{side}"] = walking_figure.turn_y(np.array([-sign * np.radians(9.0)]))
         turns[f"foot.{side}"] = turns[f"toe.{side}"] = walking_figure.turn_z(np.array([sign * 0.3]))
-        joints[f"knee.{side}"] = joints[f"hip.{side}"] + turns[f"thigh.{side}"] @ [0.0, 0.0, -walking_figure.THIGH]
-        joints[f"ankle.{side}"] = joints[f"knee.{side}"] + turns[f"shank.{side}"] @ [0.0, 0.0, -walking_figure.SHANK]
-        joints[f"toe.{side}"] = joints[f"ankle.{side}"] + turns[f"foot.{side}"] @ walking_figure.TOE
-    captured = walking_figure.markers_on(joints, turns)[0]
+    captured = with_legs(joints, turns)
     names = marker_sets.recognise(walking_figure.LABELS).landmarks
     posed = posed_and_actor(captured, names, BODY)[0]
     reference = walking_figure.t_pose().clean[0]
@@ -115,6 +122,20 @@ def test_feet_stay_flat_where_legs_are_moved_apart():
     points = np.array([(0.0, 0.0, 0.0), (0.0, -0.12, -0.07), (0.02, -0.19, -0.08)])
     leg = Limb(points, points[0], [], [1, 2], [0], points * (-1.0, 1.0, 1.0), points, None, 1.8)
     assert np.abs(leg.foot(points, [1, 2], [0])[:, 2] - points[1:, 2]).max() < 1e-9, "not turned over either"
+
+
+def test_thighs_of_a_run_are_not_rolled():
+    """Of a long step, the left leg behind and bent."""
+    joints, turns = walking_figure.upright(1, 1.0)
+    for side, ahead in (("L", (-0.43, -0.81, -0.41)), ("R", (0.93, 0.45, 0.23))):
+        for bone, angle in zip(("thigh", "shank", "foot", "toe"), (*ahead, ahead[-1]), strict=True):
+            turns[f"{bone}.{side}"] = walking_figure.turn_x(np.array([-angle]))
+    captured, names = with_legs(joints, turns), marker_sets.recognise(walking_figure.LABELS).landmarks
+    aligned = motion.apply(align_to_mesh(captured, names, BODY).matrix, captured)
+    posed = posed_and_actor(aligned, names, BODY)[0]
+    for side, sign in (("L", 1.0), ("R", -1.0)):
+        thigh = posed[walking_figure.LABELS.index(side + "Thigh")] - joints[f"hip.{side}"][0]
+        assert abs(np.degrees(np.arctan2(-thigh[1], sign * thigh[0])) - 19.4) < 25.0, "degrees ahead of outward"
 
 
 @pytest.mark.slow
