@@ -7,7 +7,7 @@
 namespace meanvalue {
 namespace {
 
-constexpr std::size_t kMostPoints = 12;
+constexpr std::size_t kMostPoints = 8;
 // Of what is dropped from a patch: not all of it, or patches of equal weights would have none.
 constexpr double kDropped = 0.999;
 // Beside edges that are far longer than others a patch would go on through all of the mesh.

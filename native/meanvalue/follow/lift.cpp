@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "meanvalue/common/parallel.h"
@@ -15,7 +14,7 @@ constexpr double kNearHeight = 0.015;
 constexpr double kNearCover = 0.05;
 // What covers a vertex lies before it, and in about the same plane: cosines.
 constexpr double kLeastCosine = 0.3;
-// A lift raises what it lifts over, so there is a second one; each smoothed so many times.
+// A lift raises what it lifts over, so there is a second one; then both are smoothed so many times.
 constexpr int kPasses = 2;
 constexpr int kSmoothings = 2;
 
@@ -87,21 +86,26 @@ Lift::Lift(const PositionsView& rest, const CarrierSurface& carrier, double size
 
 void Lift::apply(const double* positions, const std::vector<Vector3>& normals, const std::vector<double>& growth,
                  const Encoding& encoding, int threads, const Execution& execution, Positions& own) const {
+    struct Floor {
+        Vector3 normal;
+        double along;  // the normal
+        double need;
+    };
     const auto count = static_cast<Index>(own.rows());
-    std::vector<Vector3> pushes(heights_.size()), lifts(own.rows()), smooth(own.rows());
+    std::vector<Floor> floors(heights_.size());
+    std::vector<Vector3> lifts(own.rows(), Vector3::Zero()), smooth(own.rows());
     for (int pass = 0; pass < kPasses; ++pass) {
-        std::atomic<bool> is_any{false};
         parallel_for(static_cast<Index>(heights_.size()), threads, execution, [&](Index begin, Index end) {
             for (Index k = begin; k < end; ++k) {
                 const Height& height = heights_[k];
-                const Vector3 normal = height.below.normal(normals);
-                const double now = (height.above.of(own.data()) - height.below.of(positions)).dot(normal);
-                const double need = std::max(0.0, growth[height.sheet] * height.least - now);
-                pushes[k] = need * normal;
-                if (need > 0.0) is_any = true;
+                auto& [normal, along, need] = floors[k];
+                if (pass == 0) {
+                    normal = height.below.normal(normals);
+                    along = height.below.of(positions).dot(normal) + growth[height.sheet] * height.least;
+                }
+                need = std::max(0.0, along - height.above.of(own.data()).dot(normal));
             }
         });
-        if (!is_any) return;
         // Larger needs count more: much of what a coarse sheet covers needs nothing.
         parallel_for(count, threads, execution, [&](Index begin, Index end) {
             for (Index v = begin; v < end; ++v) {
@@ -109,29 +113,35 @@ void Lift::apply(const double* positions, const std::vector<Vector3>& normals, c
                 double weights = 0.0;
                 double needs = 0.0;
                 for (const auto& [height, weight] : uses_.of(v)) {
-                    const double need = weight * pushes[height].norm();
-                    sum += need * pushes[height];
+                    const Floor& floor = floors[height];
+                    sum += weight * floor.need * floor.need * floor.normal;
                     weights += weight;
-                    needs += need;
+                    needs += weight * floor.need;
                 }
-                lifts[v] = needs > 0.0 ? Vector3(std::min(1.0, weights) / needs * sum) : Vector3(Vector3::Zero());
+                if (!(needs > 0.0)) continue;
+                sum *= std::min(1.0, weights) / needs;
+                lifts[v] += sum;
+                own.row(v) += sum;
             }
         });
-        for (int smoothing = 0; smoothing < kSmoothings; ++smoothing) {
-            parallel_for(count, threads, execution, [&](Index begin, Index end) {
-                for (Index v = begin; v < end; ++v) {
-                    Vector3 mean = Vector3::Zero();
-                    const EncodedRing ring = encoding.ring_of(v);
-                    for (Index k = 0; k < ring.valence; ++k)
-                        mean += lifts[ring.ring[k]] / ring.valence;
-                    const double excess = mean.norm() - lifts[v].norm();
-                    smooth[v] = lifts[v];
-                    if (excess > 0.0) smooth[v] += 0.5 * excess * mean.normalized();
-                }
-            });
-            lifts.swap(smooth);
-        }
-        own += Eigen::Map<const Positions>(lifts.data()->data(), count, 3);
+    }
+    for (int smoothing = 0; smoothing < kSmoothings; ++smoothing) {
+        parallel_for(count, threads, execution, [&](Index begin, Index end) {
+            for (Index v = begin; v < end; ++v) {
+                Vector3 sum = Vector3::Zero();
+                const EncodedRing ring = encoding.ring_of(v);
+                for (Index k = 0; k < ring.valence; ++k)
+                    sum += lifts[ring.ring[k]];
+                smooth[v] = lifts[v];
+                const double length = sum.norm();
+                const double excess = length > 0.0 ? length / ring.valence - lifts[v].norm() : 0.0;
+                if (!(excess > 0.0)) continue;
+                sum *= 0.5 * excess / length;
+                smooth[v] += sum;
+                own.row(v) += sum;
+            }
+        });
+        lifts.swap(smooth);
     }
 }
 

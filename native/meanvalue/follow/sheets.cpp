@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/encoding/encoder.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/mesh/one_ring.h"
@@ -25,6 +26,8 @@ constexpr double kDecayByDistance = 2.0;
 constexpr double kDecayByEdge = 1.2;
 // Keeps the matrix positive definite where no spring counts.
 constexpr double kLeastSpring = 1e-9;
+// What couples two vertices by less is rounding.
+constexpr double kLeastCoupling = 1e-12;
 // Edges that are shorter than this share of the carrier's size count as that.
 constexpr double kLeastEdge = 1e-4;
 // Of a vertex that keeps its shape: its neighbors all act on each other, as many as they are.
@@ -101,15 +104,17 @@ void Sheets::hold(const PositionsView& rest, const CarrierSurface& carrier, int 
 /// Springs that count beside the row of each vertex, so that what is elsewhere changes nothing of a sheet.
 void Sheets::bind(double size, InstructionSet instructions, int threads, const Execution& execution) {
     const RestCells cells = rest_cells(encoding_, own_, threads, execution);
-    unknowns_.free.resize(vertices_.size());
-    std::iota(unknowns_.free.begin(), unknowns_.free.end(), 0);
-    unknowns_.number = unknowns_.free;
-    for (const Index v : unknowns_.free) {
-        if (encoding_.predictable(v) && encoding_.ring_of(v).valence <= kMostNeighbours) unknowns_.rows.push_back(v);
+    Unknowns unknowns;
+    unknowns.free.resize(vertices_.size());
+    std::iota(unknowns.free.begin(), unknowns.free.end(), 0);
+    unknowns.number = unknowns.free;
+    for (const Index v : unknowns.free) {
+        if (encoding_.predictable(v) && encoding_.ring_of(v).valence <= kMostNeighbours) unknowns.rows.push_back(v);
     }
-    const double unit = energy_unit(encoding_, unknowns_, cells);
+    const double unit = energy_unit(encoding_, unknowns, cells);
     std::vector<SoftAnchor> springs;
-    for (const Index v : unknowns_.free) {
+    bending_.assign(vertices_.size(), 0.0);
+    for (const Index v : unknowns.free) {
         const double length = std::max(cells.mean_edge(encoding_, v), kLeastEdge * size);
         const double reach =
             std::max(kDecay * size + kDecayByDistance * holds_[v].offset.norm(), kDecayByEdge * length);
@@ -117,11 +122,56 @@ void Sheets::bind(double size, InstructionSet instructions, int threads, const E
         const double strength = std::min(1.0, squared(squared(length)) * pull) + kLeastSpring;
         springs.push_back({v, v, 0.5 * unit / squared(length) * strength});
     }
-    energy_ = std::make_unique<DeformationEnergy>(encoding_, unknowns_, cells, size, 1.0, execution, instructions,
-                                                  SoftConstraints(std::move(springs), unknowns_), threads);
-    const SparseMatrix lower = energy_->initial_hessian(kRigidity, threads, execution).matrix;
+    for (const Index v : unknowns.rows)
+        bending_[v] = unit / squared(std::max(cells.mean_edge(encoding_, v), kLeastEdge * size));
+    const DeformationEnergy energy(encoding_, unknowns, cells, size, 1.0, execution, instructions,
+                                   SoftConstraints(std::move(springs), unknowns), threads);
+    const SparseMatrix lower = energy.initial_hessian(kRigidity, threads, execution).matrix;
     factor_.analyse(lower, execution, threads);
-    if (!factor_.factorise(lower, execution, threads)) energy_.reset();  // numbers leave the range of a factor
+    is_factored_ = factor_.factorise(lower, execution, threads);
+    const SparseMatrix edges =
+        (lower - energy.initial_hessian(0.0, threads, execution).matrix).pruned(1.0, kLeastCoupling);
+    edges_ = edges.selfadjointView<Eigen::Lower>();
+    columns_ = grouped<Link>(vertices_.size(), [&](const auto& visit) {
+        for (const Index v : unknowns.rows) {
+            const EncodedRing ring = encoding_.ring_of(v);
+            for (Index k = 0; k < ring.valence; ++k)
+                visit(ring.ring[k], Link{v, ring.weights[k]});
+        }
+    });
+}
+
+/// How the sheet pulls each vertex from its target: not where it keeps its shape there. @param rotations and sizes.
+Positions Sheets::pulls(const Positions& targets, const std::vector<Matrix3>& rotations, int threads,
+                        const Execution& execution) const {
+    const auto count = static_cast<Index>(targets.rows());
+    Positions details(count, 3), result(count, 3);
+    parallel_for(count, threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            const EncodedRing ring = encoding_.ring_of(v);
+            Vector3 rest = Vector3::Zero(), now = Vector3::Zero();
+            for (Index k = 0; k < ring.valence; ++k) {
+                rest += ring.weights[k] * (own_.row(v) - own_.row(ring.ring[k])).transpose();
+                now += ring.weights[k] * (targets.row(v) - targets.row(ring.ring[k])).transpose();
+            }
+            details.row(v) = bending_[v] * (rotations[v] * rest - now);
+        }
+    });
+    parallel_for(count, threads, execution, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            Vector3 sum = details.row(v), edges = Vector3::Zero();
+            for (const auto& [row, weight] : columns_.of(v))
+                sum -= weight * details.row(row).transpose();
+            for (SparseMatrix::InnerIterator entry(edges_, v); entry; ++entry) {
+                const auto other = static_cast<Index>(entry.row());
+                const Vector3 edge = 0.5 * entry.value() * (own_.row(v) - own_.row(other)).transpose();
+                edges += edge;
+                sum += entry.value() * (targets.row(v) - targets.row(other)).transpose() - rotations[other] * edge;
+            }
+            result.row(v) = sum - rotations[v] * edges;
+        }
+    });
+    return result;
 }
 
 void Sheets::carry(double* positions, int threads, const Execution& execution) const {
@@ -135,26 +185,22 @@ void Sheets::carry(double* positions, int threads, const Execution& execution) c
     parallel_items(growth.size(), threads, execution,
                    [&](int, std::size_t sheet) { growth[sheet] = edges_below_[sheet].growth(positions); });
     std::vector<Matrix3> rotations(count);
-    Positions own(count, 3);  // in the size that each sheet has at rest
+    Positions own(count, 3);
     parallel_for(count, threads, execution, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v)
             rotations[v] = patches_[v].covariance(positions, normals);
         closest_rotations(rotations.data() + begin, end - begin);
-        for (Index v = begin; v < end; ++v)
-            own.row(v) = holds_[v].place.of(positions) / growth[holds_[v].sheet] + rotations[v] * holds_[v].offset;
+        for (Index v = begin; v < end; ++v) {
+            rotations[v] *= growth[holds_[v].sheet];
+            own.row(v) = holds_[v].place.of(positions) + rotations[v] * holds_[v].offset;
+        }
     });
-    if (energy_) {
-        DeformationEnergy::Workspace workspace = energy_->make_workspace();
-        workspace.soft_targets = own;
-        workspace.holds_normals = true;  // targets are torn between thighs that turn apart
+    if (is_factored_) {
+        Positions moves = pulls(own, rotations, threads, execution);
         SupernodalFactor::Workspace solving;
-        Positions moves(count, 3);
-        energy_->evaluate(own, kRigidity, moves, threads, execution, workspace);
         factor_.solve(moves, moves, threads, execution, solving);
-        own -= moves;
+        own += moves;
     }
-    for (Index v = 0; v < count; ++v)
-        own.row(v) *= growth[holds_[v].sheet];
     lift_.apply(positions, normals, growth, encoding_, threads, execution, own);
     Eigen::Map<Positions>(positions, carrier_fans_.size(), 3)(vertices_, Eigen::all) = own;
 }

@@ -7,11 +7,9 @@
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/instruction_set.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/decode/fast/deformation_energy.h"
 #include "meanvalue/encoding/encoding.h"
 #include "meanvalue/follow/carrier_surface.h"
 #include "meanvalue/linalg/supernodal_factor.h"
-#include "meanvalue/optimise/unknowns.h"
 
 namespace meanvalue {
 
@@ -59,9 +57,9 @@ class Lift {
 };
 
 /// Each vertex of a sheet is drawn to where the patch of the carrier below it takes it, the more the nearer it is;
-/// and the sheet keeps its own shape besides: one step down the energy that poses minimize, with a matrix that is
-/// factored at bind. Then it is lifted out of the carrier where it sank. A function of the carrier's pose alone, and
-/// a similarity of it takes the sheets along exactly. docs/algorithm.md, "Clothes".
+/// and the sheet keeps its own shape besides, turned as those patches are: one solve with the initial Hessian of
+/// poses, which is factored at bind. Then it is lifted out of the carrier where it sank. A function of the carrier's
+/// pose alone, and a similarity of it takes the sheets along exactly. docs/algorithm.md, "Clothes".
 class Sheets {
   public:
     /// @param rest n x 3. @param size of the carrier. @param faces of the mesh.
@@ -76,8 +74,15 @@ class Sheets {
     void carry(double* positions, int threads, const Execution& execution) const;
 
   private:
+    struct Link {
+        Index other;
+        double weight;
+    };
+
     void hold(const PositionsView& rest, const CarrierSurface& carrier, int threads, const Execution& execution);
     void bind(double size, InstructionSet instructions, int threads, const Execution& execution);
+    Positions pulls(const Positions& targets, const std::vector<Matrix3>& rotations, int threads,
+                    const Execution& execution) const;
 
     std::vector<Index> vertices_;  // k: of the mesh, ascending
     Positions own_;                // k x 3, at rest
@@ -87,9 +92,11 @@ class Sheets {
     Grouped<Index> carrier_fans_;         // n
     std::vector<Index> read_;             // vertices of the carrier whose normals count
     Encoding encoding_;
-    Unknowns unknowns_;
-    std::unique_ptr<const DeformationEnergy> energy_;  // none where sheets go to where their springs draw them
+    std::vector<double> bending_;  // k: what the row of each vertex counts
+    Grouped<Link> columns_;        // k: the rows that predict others by a vertex, and its weight there
+    SparseMatrix edges_;           // k x k: of the factored matrix what lengths count
     SupernodalFactor factor_;
+    bool is_factored_ = false;  // or sheets go to where their springs draw them
     Lift lift_;
 };
 

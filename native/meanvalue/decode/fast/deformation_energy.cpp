@@ -40,7 +40,7 @@ double DeformationEnergy::evaluate(const PositionsView& positions, double rigidi
     if (workspace.scratch.size() < static_cast<std::size_t>(threads)) workspace.scratch.resize(threads);
     parallel_items(rows.block_count(), threads, execution, [&](int worker, std::size_t block) {
         workspace.block_energy[block] =
-            evaluate_block(rows, block, positions, stretching, workspace.holds_normals,
+            evaluate_block(rows, block, positions, stretching,
                            workspace.shares.data() + rows.blocks[block].first_point, workspace.scratch[worker]);
     });
     parallel_for(static_cast<Index>(unknowns_.free.size()), threads, execution, [&](Index begin, Index end) {
@@ -67,8 +67,7 @@ void DeformationEnergy::refill(const Encoding& encoding, const RestCells& cells,
 }
 
 double DeformationEnergy::evaluate_block(const EnergyBlocks& rows, std::size_t block, const PositionsView& positions,
-                                         double stretching, bool holds_normals, PaddedPoint* shares,
-                                         Workspace::Scratch& scratch) const {
+                                         double stretching, PaddedPoint* shares, Workspace::Scratch& scratch) const {
     const EnergyBlock& begin = rows.blocks[block];
     const EnergyBlock& end = rows.blocks[block + 1];
     scratch.positions.resize(rows.largest_block);
@@ -80,7 +79,7 @@ double DeformationEnergy::evaluate_block(const EnergyBlocks& rows, std::size_t b
     }
     scratch.kernel.resize(rows.longest_ring);
     return kernel_(rows.batches.data() + begin.first_batch, static_cast<Index>(end.first_batch - begin.first_batch),
-                   rows.rings(), scratch.positions.data(), stretching, holds_normals, scratch.kernel, shares);
+                   rows.rings(), scratch.positions.data(), stretching, scratch.kernel, shares);
 }
 
 }  // namespace meanvalue

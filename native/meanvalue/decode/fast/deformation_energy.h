@@ -57,9 +57,6 @@ class DeformationEnergy {
         std::optional<EnergyBlocks> rows;  ///< of refill(), in place of those at rest
         Positions soft_targets;            ///< |soft anchors| x 3: to be set before anything is evaluated
         std::vector<double> soft_weights;  ///< |soft anchors|, what each counts in this solve; empty: 1
-        /// The gradient takes normals and lengths of rings as given. So one step of the initial Hessian stays bounded
-        /// where rings are torn or folded flat, whose normals turn by any angle.
-        bool holds_normals = false;
     };
 
     /// @param by_length how far the weights above are taken, from 0 to 1, as their exponent. At 0 all are 1, and with
@@ -95,8 +92,7 @@ class DeformationEnergy {
 
   private:
     double evaluate_block(const EnergyBlocks& rows, std::size_t block, const PositionsView& positions,
-                          double stretching, bool holds_normals, PaddedPoint* shares,
-                          Workspace::Scratch& scratch) const;
+                          double stretching, PaddedPoint* shares, Workspace::Scratch& scratch) const;
 
     const Encoding& encoding_;
     const Unknowns& unknowns_;

@@ -135,8 +135,7 @@ MEANVALUE_INLINE void find_strains(Index valence, const StretchingLanes* coeffic
 }
 
 MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rings, const PaddedPoint* positions,
-                                     double stretching, bool holds_normals, KernelScratch& scratch,
-                                     PaddedPoint* gradient) {
+                                     double stretching, KernelScratch& scratch, PaddedPoint* gradient) {
     const Index valence = batch.valence;
     const VertexLanes* vertices = rings.vertices + batch.first;
     const BendingLanes* bending = rings.bending + batch.first;
@@ -150,11 +149,6 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
         ring[k] = load(positions, vertices[k].vertex) - first;
     PullBack back;
     const LaneVector residual = find_residual(batch, bending, steep, ring, own, directions, back);
-    if (holds_normals) {
-        back.by_weight = -lanes(batch.bending) * residual;
-        back.by_area = LaneVector{};
-        back.by_height = back.by_spread = Lane{};
-    }
     LaneVector by_centre = lanes(batch.bending) * residual;
     Lane energy = lanes(batch.bending) * dot(residual, residual);
     LaneVector previous = ring[valence - 1];
@@ -197,11 +191,11 @@ MEANVALUE_INLINE Lane evaluate_batch(const RowBatch& batch, const RingLanes& rin
 }
 
 MEANVALUE_INLINE double evaluate(const RowBatch* batches, Index count, const RingLanes& rings,
-                                 const PaddedPoint* positions, double stretching, bool holds_normals,
-                                 KernelScratch& scratch, PaddedPoint* gradient) {
+                                 const PaddedPoint* positions, double stretching, KernelScratch& scratch,
+                                 PaddedPoint* gradient) {
     Lane sum{};
     for (Index b = 0; b < count; ++b)
-        sum += evaluate_batch(batches[b], rings, positions, stretching, holds_normals, scratch, gradient);
+        sum += evaluate_batch(batches[b], rings, positions, stretching, scratch, gradient);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 

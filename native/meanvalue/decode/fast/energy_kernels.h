@@ -74,10 +74,9 @@ class KernelScratch {
 /// E of `count` batches. Adds its derivative by each vertex to `gradient`, batch after batch in their order.
 /// @param positions, gradient of the vertices of the block.
 /// @param stretching what the second sum is multiplied with; 0: it is not made.
-/// @param holds_normals derives with normals and lengths of rings as if they did not change.
 using EnergyKernel = double (*)(const RowBatch* batches, Index count, const RingLanes& rings,
-                                const PaddedPoint* positions, double stretching, bool holds_normals,
-                                KernelScratch& scratch, PaddedPoint* gradient);
+                                const PaddedPoint* positions, double stretching, KernelScratch& scratch,
+                                PaddedPoint* gradient);
 
 EnergyKernel energy_kernel(InstructionSet instructions);
 
