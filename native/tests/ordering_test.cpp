@@ -3,7 +3,6 @@
 #include <numeric>
 #include <set>
 
-#include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/nested_dissection.h"
 #include "meanvalue/linalg/supernodal_pattern.h"

@@ -33,6 +33,18 @@ TEST(ParallelFor, VisitsEveryItemOnce) {
     }
 }
 
+TEST(ParallelFor, WakesNoThreadForLessThanAPiece) {
+    std::atomic<int> elsewhere{0};
+    const auto here = std::this_thread::get_id();
+    for (int repeat = 0; repeat < 20; ++repeat) {
+        parallel_for(2 * kPiece - 1, 2, Execution(), [&](Index, Index) {
+            if (std::this_thread::get_id() != here) ++elsewhere;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        });
+    }
+    EXPECT_EQ(elsewhere, 0);
+}
+
 TEST(ParallelFor, GivesTheFirstExceptionToTheCaller) {
     const auto fail_in_second_half = [](Index begin, Index) {
         if (begin >= 50000) throw std::logic_error(message(begin));

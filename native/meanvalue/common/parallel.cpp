@@ -53,7 +53,8 @@ Index piece_count(Index count) {
 
 void parallel_pieces(Index count, int threads, const Execution& execution,
                      const std::function<void(Index, Index, Index)>& body) {
-    parallel_items(piece_count(count), threads, execution, [&](int, std::size_t item) {
+    const int workers = std::min<int>(threads, count / kPiece);  // else one might wake up for a single row
+    parallel_items(piece_count(count), workers, execution, [&](int, std::size_t item) {
         const auto piece = static_cast<Index>(item);
         body(piece, piece * kPiece, std::min(count, (piece + 1) * kPiece));
     });

@@ -1,7 +1,7 @@
-#include "meanvalue/hierarchy/collapse_cost.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "meanvalue/hierarchy/coarsening.h"
 
 namespace meanvalue {
 namespace {

@@ -1,5 +1,3 @@
-#include "meanvalue/hierarchy/vertex_splits.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -7,6 +5,7 @@
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/encoding/predictor.h"
+#include "meanvalue/hierarchy/hierarchy.h"
 #include "meanvalue/linalg/procrustes.h"
 
 namespace meanvalue {

@@ -1,10 +1,9 @@
-#include "meanvalue/linalg/elimination_tasks.h"
-
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
 
 #include "meanvalue/common/parallel.h"
+#include "meanvalue/linalg/supernodal_pattern.h"
 
 namespace meanvalue {
 namespace {

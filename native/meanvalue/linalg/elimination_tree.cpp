@@ -1,9 +1,8 @@
-#include "meanvalue/linalg/elimination_tree.h"
-
 #include <numeric>
 #include <utility>
 
 #include "meanvalue/common/grouped.h"
+#include "meanvalue/linalg/nested_dissection.h"
 
 namespace meanvalue {
 namespace {

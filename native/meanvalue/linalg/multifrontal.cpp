@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meanvalue/common/grouped.h"
-#include "meanvalue/linalg/elimination_tasks.h"
+#include "meanvalue/linalg/supernodal_pattern.h"
 
 namespace meanvalue {
 namespace {

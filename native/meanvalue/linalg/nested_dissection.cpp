@@ -10,7 +10,6 @@
 
 #include "meanvalue/common/grouped.h"
 #include "meanvalue/common/parallel.h"
-#include "meanvalue/linalg/elimination_tree.h"
 
 namespace meanvalue {
 namespace {
@@ -231,7 +230,7 @@ std::vector<Side> balanced_separator(const Graph& graph, const Execution& execut
         if (touches(*v, Side::kRight)) sides[*v] = Side::kBetween;
     // Where all of the left is between, as in a clique, none of it may go: the part would be as large as before.
     if (std::find(sides.begin(), sides.end(), Side::kLeft) == sides.end()) return sides;
-    for (auto v = end; v-- != line.vertices.begin();)
+    for (auto v = std::make_reverse_iterator(end); v != line.vertices.rend(); ++v)
         if (sides[*v] == Side::kBetween && !touches(*v, Side::kLeft)) sides[*v] = Side::kRight;
     return sides;
 }

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <type_traits>
 
 #if defined(__x86_64__)
 #include <emmintrin.h>

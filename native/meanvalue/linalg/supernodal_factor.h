@@ -7,7 +7,6 @@
 
 #include "meanvalue/common/execution.h"
 #include "meanvalue/common/types.h"
-#include "meanvalue/linalg/elimination_tasks.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/supernodal_kernels.h"
 #include "meanvalue/linalg/supernodal_pattern.h"

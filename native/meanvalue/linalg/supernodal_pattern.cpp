@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "meanvalue/linalg/elimination_tree.h"
 #include "meanvalue/linalg/graph.h"
 #include "meanvalue/linalg/nested_dissection.h"
 

@@ -1,5 +1,3 @@
-#include "meanvalue/morph/local_cells.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +6,7 @@
 #include "meanvalue/encoding/rest_cells.h"
 #include "meanvalue/linalg/procrustes.h"
 #include "meanvalue/morph/rotation_vectors.h"
+#include "meanvalue/morph/shape_overlay.h"
 
 namespace meanvalue {
 namespace {

@@ -1,5 +1,3 @@
-#include "meanvalue/decode/fast/handle_responses.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +6,7 @@
 #include "meanvalue/common/mean_row.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/common/tolerances.h"
+#include "meanvalue/decode/fast/fast_problem.h"
 
 namespace meanvalue {
 namespace {
