@@ -9,7 +9,7 @@ import numpy as np
 from .. import ids
 from ..errors import SceneError
 from . import kept, shape_keys
-from .core.key_shapes import Slider
+from .core.key_shapes import KeyShapes, Slider
 from .core.point_sets import require_finite
 
 #: Weights that the add-on writes have this many steps, as many as Blender has colors for painted ones.
@@ -117,13 +117,13 @@ def slider_of(obj, key):
     return Slider(key.name, key.slider_min, key.slider_max, key.relative_key.name, group)
 
 
-def key_parts(obj, sliders):
-    """The arguments of the KeyShapes of `sliders`. @throws SceneError."""
+def shapes_of(obj, sliders, left_alone=()):
+    """The KeyShapes of `sliders`. @throws SceneError."""
     rest = shape_keys.rest_positions(obj.data)
     require_finite(rest, "rest shape")
     points = {name: shape_keys.checked(obj, name) for each in sliders for name in (each.name, each.relative)}
     masks = weights(obj, {each.group for each in sliders})
-    return {"sliders": tuple(sliders), "rest": rest, "points": points, "masks": masks}
+    return KeyShapes(tuple(sliders), rest, points, masks, tuple(left_alone))
 
 
 def key_shapes(found):

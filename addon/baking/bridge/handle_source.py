@@ -9,7 +9,6 @@ from ...errors import SceneError, require_none
 from ...posing.bridge import examples, targets
 from ...posing.bridge.scene_input import Posing
 from ...scene import actions, baked, frames, key_marks, rig_space, vertex_groups, views
-from ...scene.core.key_shapes import KeyShapes
 from .clips import HandleClip
 
 
@@ -53,8 +52,8 @@ def clip(obj, bind_input, rows, times, portable=False, target=baked.TO_CACHE):
     shown, poses = np.flatnonzero(counts[:, 1:].any(axis=0)), key_marks.of_role(keys, key_marks.Role.KEPT)
     if target != baked.TO_CACHE:
         shown = [each for each in shown if target == baked.TO_BONES and keys.key_blocks[each] in poses]
-    parts = vertex_groups.key_parts(obj, examples.sliders(keys.key_blocks[each] for each in shown))
-    beside = np.array([KeyShapes(**parts).offset(number) for number in range(len(shown))], np.float32)
+    shapes = vertex_groups.shapes_of(obj, examples.sliders(keys.key_blocks[each] for each in shown))
+    beside = np.array([shapes.offset(number) for number in range(len(shown))], np.float32)
     counts = counts[:, [0, *(1 + each for each in shown)]]
     more = (counts, beside) if len(beside) or counts.min() < 1.0 else ()
     return HandleClip(bind_input, np.ascontiguousarray(handles[..., :3]), weights, portable, kept, *more)

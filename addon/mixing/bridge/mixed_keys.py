@@ -11,7 +11,6 @@ from ...errors import SceneError, require_none
 from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, object_model, shape_keys, subject, vertex_groups
 from ...scene.baked import names_in
 from ...scene.core import motion, welding
-from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 from ..core import in_betweens
@@ -109,13 +108,14 @@ def why_hidden(obj):
 def gather(obj):
     """The MixInput of `obj`. @throws SceneError."""
     require_none(problem(obj))
-    parts, faces = vertex_groups.key_parts(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
-    rest, shapes = parts["rest"], parts["points"]
+    found, faces = vertex_groups.shapes_of(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
+    rest, shapes = found.rest, found.points
     welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
     copies = welding.together(kept.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
     planes, twins = mirrors.seams(obj, rest, *faces, shapes.values(), is_posed=False)
     triangles = mesh_arrays.triangles(obj.data, rest)
-    return MixInput(**parts, triangles=triangles, copies=copies, planes=planes, twins=twins)
+    more = {"triangles": triangles, "copies": copies, "planes": planes, "twins": twins}
+    return MixInput(found.sliders, rest, shapes, found.masks, **more)
 
 
 def _sliders(obj):
@@ -165,7 +165,7 @@ def shape_of(source, obj):
         raise SceneError(f"'{source.name}' is in Edit Mode. Leave that first")
     keys = keys.key_blocks[1:] if keys is not None and keys.use_relative else ()
     keys = [key for key in keys if key.value and not key.mute]
-    shapes = KeyShapes(**vertex_groups.key_parts(source, [vertex_groups.slider_of(source, key) for key in keys]))
+    shapes = vertex_groups.shapes_of(source, [vertex_groups.slider_of(source, key) for key in keys])
     shape = shapes.mixed([key.value for key in keys])
     require_finite(shape, f"shape of '{source.name}'")
     shape = shape.astype(np.float32)

@@ -9,7 +9,7 @@ from ... import ids
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import frames, key_marks, rig_space, shape_keys, vertex_groups
 from ...scene.core import motion, point_sets, sample_times
-from ...scene.core.key_shapes import KeyShapes, Slider
+from ...scene.core.key_shapes import Slider
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 
@@ -43,7 +43,7 @@ def shown_by(obj):
     if obj.meanvalue.method != ids.METHOD_FAST:
         raise SceneError("Pose Like needs the method Fast. Choose it in Advanced, or choose Nothing in Pose Like")
     require_none(shape_keys.absolute_problem(obj))
-    found = KeyShapes(**vertex_groups.key_parts(obj, keys(obj))).with_effect()
+    found = vertex_groups.shapes_of(obj, keys(obj)).with_effect()
     if not found.names:
         remedy = "Press Sample Rig Poses" if like == ids.LIKE_RIG else "Add one in which it is bent, and unmute it"
         raise SceneError(f"There is no shape key that shows how it bends. {remedy}, or choose Nothing in Pose Like")

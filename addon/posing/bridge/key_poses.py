@@ -14,7 +14,6 @@ from ...errors import SceneError
 from ...live import engine
 from ...scene import actions, along, kept, key_marks, mesh_arrays, rig_space, shape_keys, vertex_groups
 from ...scene.core import whole_mesh
-from ...scene.core.key_shapes import KeyShapes
 from ...scene.core.point_sets import bounding_box_diagonal
 from ...scene.key_marks import Role
 from ...scene.surface import Surface
@@ -126,7 +125,7 @@ def off_by(key):
 
 def _alone(obj, key):
     """n x 3 float64: the rest shape with what the key adds."""
-    return next(KeyShapes(**vertex_groups.key_parts(obj, [vertex_groups.slider_of(obj, key)])).shapes())
+    return next(vertex_groups.shapes_of(obj, [vertex_groups.slider_of(obj, key)]).shapes())
 
 
 def refresh(obj, keys, writes):

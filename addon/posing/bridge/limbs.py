@@ -8,7 +8,6 @@ from mathutils import Matrix
 
 from ... import compat, ids, wording
 from ...scene import kept, key_marks, shape_keys, vertex_groups
-from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ..core import joints, segments
 from . import examples
@@ -149,7 +148,7 @@ def _at_poses(obj, rest, corners, starts):
     keys = _kept_keys(obj)
     if len(keys) < LEAST_POSES:
         return {"bends": f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"}
-    shapes = KeyShapes(**vertex_groups.key_parts(obj, examples.sliders(keys))).with_effect()
+    shapes = vertex_groups.shapes_of(obj, examples.sliders(keys)).with_effect()
     inputs = rest, *shapes.points.values()
     found = kept.of(obj.data, "limbs", lambda: joints.by_poses(rest, corners, starts, shapes.shapes()), *inputs)
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:

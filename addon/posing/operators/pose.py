@@ -10,7 +10,6 @@ from ...errors import SceneError
 from ...live import engine
 from ...scene import actions, along, declarations, key_marks, new_rest, shape_keys, subject, vertex_groups
 from ...scene.core import point_sets
-from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...scene.pose_object_making import remove_bare
 from ...scene.pose_objects import shown
@@ -67,7 +66,7 @@ def _keep_for_rig(obj, key):
         mates = [each for each, away in zip(mates, apart, strict=True) if away > drive_by_bone.SAME]
     for other, kept in along.keys_of(obj, key) if mates else ():
         shown = [own for each in mates for who, own in along.keys_of(obj, each) if who == other]
-        shapes = KeyShapes(**vertex_groups.key_parts(other, [vertex_groups.slider_of(other, each) for each in shown]))
+        shapes = vertex_groups.shapes_of(other, [vertex_groups.slider_of(other, each) for each in shown])
         shape = shape_keys.positions(kept) + (shapes.mixed([each.value for each in shown]) - shapes.rest)
         shape_keys.write_positions(other.data, kept, shape.astype(np.float32))
     if turns:

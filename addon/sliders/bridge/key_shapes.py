@@ -6,7 +6,6 @@ import numpy as np
 from ... import compat, wording
 from ...errors import SceneError, require_none
 from ...scene import actions, shape_keys, vertex_groups
-from ...scene.core.key_shapes import KeyShapes
 from ...solver import native_loader, session
 
 #: Values that are beyond the range of their slider by less are not told of.
@@ -61,7 +60,7 @@ def gather(obj):
     """The KeyShapes of `obj`. @throws SceneError if no key has any effect."""
     require_none(problem(obj))
     sliders, left_alone = sorted_out(obj)
-    found = KeyShapes(**vertex_groups.key_parts(obj, sliders), left_alone=tuple(left_alone)).with_effect()
+    found = vertex_groups.shapes_of(obj, sliders, left_alone).with_effect()
     if not found.sliders:
         raise SceneError(_none_to_drive(obj, found.left_alone))
     return found

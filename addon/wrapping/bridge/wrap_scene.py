@@ -13,7 +13,6 @@ from ... import wording
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups
 from ...scene.core import motion, point_sets, welding, whole_mesh
-from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...scene.new_rest import adds_to
 from ...scene.surface import Surface
@@ -169,7 +168,7 @@ class Carrying(OfTwo):
         face[lost], shares[lost], _, away[lost] = surface.nearest(wrapped[lost])
         if away.mean() > AWAY * point_sets.bounding_box_diagonal(surface.vertices):
             raise SceneError(f"'{source.name}' is not as it was at the last Wrap. Press Wrap Mesh again")
-        shapes = KeyShapes(**vertex_groups.key_parts(source, self.sliders)).shapes()
+        shapes = vertex_groups.shapes_of(source, self.sliders).shapes()
         shapes = np.array([motion.apply(to_own, theirs.start(shape)) for shape in shapes])
         self._given = motion.apply(to_own, theirs.rest), shapes, faces, self._whole.rest, triangles, (face, shares)
         self.arrays = *self._given[:-1], face, shares, repr(self.sliders)
