@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import demo.character
 import demo.joints
+import demo.keys
 import demo.lift
 import demo.mirror
 from demo import DemoError, arguments, built_in, common_options, game_figure, pose, ready, report, stage, user_file
@@ -30,7 +31,7 @@ from demo.rig import run as rig
 from demo.walk import run as walk
 
 #: Demos with a command line of their own.
-SPECIAL = {"walk": walk, "morph": morph, "rig": rig, "example": example, "face": face}
+SPECIAL = {"walk": walk, "morph": morph, "rig": rig, "example": example, "face": face, "keys": demo.keys}
 SPECIAL |= {"joints": demo.joints, "lift": demo.lift, "mirror": demo.mirror, "character": demo.character}
 
 

@@ -39,6 +39,8 @@ DEMOS = {
     "walk_short_legs.jpg": ("walk", "walk_short_legs_strip.png", 1600),
     "sit.jpg": ("walk", "sit_strip.png", 1600),
     "face.jpg": ("face", "face_noisy.png", 1500),
+    "keys_face.jpg": ("keys", "keys_face.png", 1400),
+    "keys_shoulder.jpg": ("keys", "keys_shoulder.png", 1400),
     "face_values.svg": ("face", "face_noisy.svg", None),
 }
 #: Written by `./dev docs pictures`, by `./dev bench report`, and by hand.

@@ -41,7 +41,7 @@ def one(name, words, empty_scene):
     print(f"{name}: baking ...", flush=True)
     obj, truth = marked_face.make(), faces.values(FRAMES)
     scene_mesh.shade_smooth(obj)
-    scene_mesh.set_vertex_colours(obj, _colours())
+    scene_mesh.set_vertex_colours(obj, colours(faces.rest()[0]))
     obj.data.materials.append(scene_mesh.tinted_material("Skin", tuple(SKIN), 0.45))
     damage = {"noise": NOISES[name], "gaps": GAPS if NOISES[name] else 0.0}
     vertices = marked_face.captured(words.output / f"face_{name}.trc", obj, truth, **damage)
@@ -84,9 +84,8 @@ def draw(path, obj, recorded, words):
     pictures.write_png(path, pictures.side_by_side(strip))
 
 
-def _colours():
-    """(n, 3): lips and eyes are dark."""
-    points, _faces = faces.rest()
+def colours(points):
+    """(n, 3) of points on the head: lips and eyes are dark."""
     lips = faces.near(points, (0.0, -1.0, -0.42), 0.016)[:, None]
     eyes = sum(faces.near(points, (side, -0.95, 0.2), 0.011) for side in (0.4, -0.4))[:, None]
     colours = SKIN + np.minimum(1.2 * lips, 1.0) * (LIPS - SKIN)

@@ -117,9 +117,8 @@ def draw(path, figure, obj, armature, words):
     for each in bpy.data.objects:
         each.hide_render = each.type != 'MESH'
     key = obj.data.shape_keys.key_blocks[obj.meanvalue.result_key]
-    arm = np.linalg.norm(figure.vertices - np.array(figure.arm[1]), axis=1) < 1.3 * np.linalg.norm(
-        np.array(figure.arm[1]) - np.array(figure.arm[0])
-    )
+    shoulder, elbow = np.array(figure.arm)
+    arm = np.linalg.norm(figure.vertices - elbow, axis=1) < 1.3 * np.linalg.norm(elbow - shoulder)
     rest = [posed.matrix_basis.copy() for posed in armature.pose.bones]
     picture = stage.Picture(720, 720, words.samples, words.engine)
     shots = []
