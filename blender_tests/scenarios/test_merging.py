@@ -91,6 +91,19 @@ def test_grab_goes_over_merged_seams_as_if_they_were_joined(make, x):
         assert np.ptp(region_weights(obj)[at(obj, *place)]) < 1e-6
 
 
+def test_a_wing_whose_corners_are_inside_its_body_stays_on_it():
+    vertices, faces = [(x, y, height(x, y)) for y in range(9) for x in range(-4, 5)], meshes.grid_faces(9, 9)
+    roots = [3 * 9 + 4, 4 * 9 + 4, 5 * 9 + 4]
+    wing = [tuple(np.add(vertices[root], (0.0, 0.0, z))) for z in range(7) for root in roots]
+    wing_faces = [tuple(81 + each for each in face) for face in meshes.grid_faces(3, 7)]
+    obj = meshes.make_object(vertices + wing, faces + wing_faces, "Winged")
+    assert bpy.ops.meanvalue.grab(vertex=len(vertices) + 19, size=1.5, offset=(2.0, 0.0, 0.0)) == {'FINISHED'}
+    handles.update()
+    moves = shown(obj) - rest(obj)
+    assert moves[100, 0] == pytest.approx(2.0, abs=1e-3) and np.linalg.norm(moves[roots], axis=1).max() > 0.05
+    assert np.array_equal(moves[81:84], moves[roots])
+
+
 @pytest.mark.parametrize("make", [open_seam, split_faces])
 def test_symmetric_and_merged_is_as_symmetric_and_joined(make):
     def grabbed(obj):

@@ -77,6 +77,31 @@ TEST(Seams, JoinBordersAndWhatLiesOnASurfaceWithAllItsVertices) {
     }
 }
 
+TEST(Seams, AttachACornerOfABorderToTheFirstSurfaceThatItIsInside) {
+    const Mesh sheet = grid(5, 5, 0.0);
+    for (const Index wing : {0, 25}) {  // before the sheet that it is on, and after
+        const Index low = wing == 0 ? 3 : 0, high = 28, loose = 53;
+        Positions points(54, 3);
+        points.middleRows(low, 25) = points.middleRows(high, 25) = sheet.vertices;
+        points.middleRows(high, 25).col(2).array() += 1.0;
+        for (const Index v : {high + 12, wing, wing + 1, wing + 2, loose})
+            points.row(v) = sheet.vertices.row(12);
+        points.row(wing + 1).array() += 2.0;
+        points.row(wing + 2) << 2.0, 3.0, 4.0;
+        std::vector<Index> corners{wing, wing + 1, wing + 2}, starts{0};
+        for (const Index begin : {low, high}) {
+            for (Index f = 0; f < sheet.faces.rows(); ++f) {
+                starts.push_back(static_cast<Index>(corners.size()));
+                for (const Index v : sheet.faces.row(f))
+                    corners.push_back(begin + v);
+            }
+        }
+        const auto first = first_of_seams(points, corners, starts, 1e-6, Execution());
+        for (Index v = 0; v < 54; ++v)
+            EXPECT_EQ(first[v], v == wing || v == low + 12 ? std::min(wing, low + 12) : v) << v;
+    }
+}
+
 TEST(BorderEdges, OfNoMeshAreRefused) {
     EXPECT_THROW(border_edges(3, {0, 1, 3}, {0}, Execution()), InvalidInput);
     EXPECT_THROW(border_edges(3, {0, 1, -1}, {0}, Execution()), InvalidInput);

@@ -188,26 +188,52 @@ std::vector<std::pair<Index, Index>> border_edges(Index count, const std::vector
 
 std::vector<Index> first_of_seams(const PositionsView& points, const std::vector<Index>& corners,
                                   const std::vector<Index>& starts, double distance, const Execution& execution) {
-    enum Mark : char { kNone, kBorder, kJoined, kBeside };
+    enum Mark : char { kNone, kInside, kBorder, kJoined, kBeside };
     const auto count = static_cast<Index>(points.rows()), size = static_cast<Index>(corners.size());
     std::vector<Mark> marks(points.rows(), kNone);
-    for (const auto& [low, high] : border_edges(count, corners, starts, execution))
-        marks[low] = marks[high] = kBorder;
+    std::vector<double> along;  // of borders, ascending: few others lie there
+    for (const auto& [low, high] : border_edges(count, corners, starts, execution)) {
+        for (const Index v : {low, high}) {
+            marks[v] = kBorder;
+            if (points.row(v).allFinite()) along.push_back(kAlong.dot(points.row(v)));
+        }
+    }
+    std::sort(along.begin(), along.end());
     std::vector<Index> own(points.rows());
     std::iota(own.begin(), own.end(), 0);
-    const auto first_of_some = [&](Mark mark) {
+    if (along.empty()) return own;
+    for (const Index v : corners)
+        marks[v] = std::max(marks[v], kInside);
+    for (const Index v : own) {
+        if (marks[v] != kInside) continue;
+        const double at = kAlong.dot(points.row(v));
+        const auto next = std::lower_bound(along.begin(), along.end(), at - 1.001 * distance);
+        if (next == along.end() || *next > at + 1.001 * distance) marks[v] = kNone;
+    }
+    const auto first_of_some = [&](Mark mark, Mark other) {
         std::vector<Index> some, places = own;
-        std::copy_if(own.begin(), own.end(), std::back_inserter(some), [&](Index v) { return marks[v] == mark; });
+        std::copy_if(own.begin(), own.end(), std::back_inserter(some),
+                     [&](Index v) { return marks[v] == mark || marks[v] == other; });
         const std::vector<Index> found = first_of_place(points(some, Eigen::all), distance, execution);
         for (std::size_t k = 0; k < some.size(); ++k)
             places[some[k]] = some[found[k]];
         return places;
     };
-    std::vector<Index> first = first_of_some(kBorder);
-    if (first == own) return own;
+    std::vector<Index> first = first_of_some(kBorder, kInside), at(own.size(), -1);  // at: of places, what is joined
+    for (Index v = count; v-- > 0;)
+        if (marks[v] == kInside) at[first[v]] = v;
+    DisjointSets joined(count);
+    for (const Index v : own) {
+        if (marks[v] != kBorder) continue;
+        if (at[first[v]] < 0) at[first[v]] = v;
+        joined.join(at[first[v]], v);
+    }
+    for (const Index v : own)
+        first[v] = joined.root(v);
     for (const Index v : own) {
         if (first[v] != v) marks[v] = marks[first[v]] = kJoined;
     }
+    if (first == own) return own;
     const auto for_each_face = [&](const auto& visit) {
         for (std::size_t f = 0; f < starts.size(); ++f)
             visit(corners.data() + starts[f], corners.data() + (f + 1 < starts.size() ? starts[f + 1] : size));
@@ -218,7 +244,7 @@ std::vector<Index> first_of_seams(const PositionsView& points, const std::vector
             marks[*v] = marks[*v] == kJoined ? kJoined : kBeside;
     });
     // Where no two surfaces go on together there is no double, and what follows would take long.
-    if (first_of_some(kBeside) == own) return first;
+    if (first_of_some(kBeside, kBeside) == own) return first;
     const std::vector<Index> place = first_of_place(points, distance, execution);
     std::vector<Index> counts(own.size(), 0);
     for (const Index v : place)

@@ -21,8 +21,9 @@ std::vector<Index> first_of_place(const PositionsView& points, double distance, 
 std::vector<std::pair<Index, Index>> border_edges(Index count, const std::vector<Index>& corners,
                                                   const std::vector<Index>& starts, const Execution& execution);
 
-/// For each vertex the lowest that it is one with, no double's if it can: those of borders in one place are, and a
-/// double: a piece from there on that lies on others with all its vertices. What is given is as of the others.
+/// For each vertex the lowest that it is one with, no double's if it can: those of borders in one place are, with the
+/// first inside a surface there, as a wing is on its body; and a double: a piece from there on that lies on others
+/// with all its vertices. What is given is as of the others.
 std::vector<Index> first_of_seams(const PositionsView& points, const std::vector<Index>& corners,
                                   const std::vector<Index>& starts, double distance, const Execution& execution);
 
