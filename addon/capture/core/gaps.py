@@ -8,6 +8,8 @@ from ...errors import InvalidMotionError
 from ...scene.core.motion import fit_rotations
 from ...scene.core.sample_times import runs
 
+#: Good samples beside a gap that its slope is read from.
+SLOPE_SAMPLES = 5
 #: Neighbors that carry a marker through a gap.
 MOST_NEIGHBOURS = 6
 #: Meters that the distances of a gap's neighbours may vary by: the best first, and none worse than the last.
@@ -27,17 +29,17 @@ LEAST_TOGETHER = 10
 def fill_gaps(positions, longest_spline=10, longest_rigid=200):
     """(f, m, 3) float64: positions (f, m, 3), filled where they are NaN. Measured samples keep their bits.
 
-    longest_spline  in samples: gaps up to that long are cubics, with the place and the last step of both sides.
+    longest_spline  in samples: gaps up to that long are cubics, with place and slope of the good samples on both sides.
     longest_rigid  in samples: longer gaps, up to that, and those at the take's ends move rigidly with the neighbors
         whose distances vary least (Aristidou and Lasenby 2013 predict markers so); both ends are met.
     Still longer gaps, and those with less than three usable neighbors, stay NaN.
     """
     filled = positions.copy()
-    missing, steps = np.isnan(positions[..., 0]), np.diff(positions, axis=0, prepend=np.nan, append=np.nan)
+    missing = np.isnan(positions[..., 0])
     gaps = [(marker, *run) for marker in range(missing.shape[1]) for run in runs(missing[:, marker]).tolist()]
     for marker, begin, end in gaps:
         if end - begin <= longest_spline and begin > 0 and end < len(positions):
-            before, after = np.nan_to_num(steps[[begin - 1, end + 1], marker])
+            before, after = -_slope(positions[:begin, marker][::-1]), _slope(positions[end:, marker])
             (first, last), span = positions[[begin - 1, end], marker], end - begin + 1
             t = (np.arange(1, span) / span)[:, None]
             bends = (t**3 - 2 * t**2 + t) * span * before + (t**3 - t**2) * span * after
@@ -73,6 +75,13 @@ def distance_variation(positions):
         result[marker, is_neighbour] = np.sqrt(variance[is_neighbour])
     np.fill_diagonal(result, np.inf)
     return result
+
+
+def _slope(path):
+    """(3,) a sample at the first of (f, 3), of a parabola through it, fitted to the good ones after it."""
+    good = path[:SLOPE_SAMPLES][: np.argmax(np.append(np.isnan(path[:SLOPE_SAMPLES, 0]), True))]
+    powers = np.arange(1.0, len(good))[:, None] ** np.arange(1, min(len(good), 3))
+    return np.linalg.lstsq(powers, good[1:] - good[0], rcond=None)[0][0] if len(good) > 1 else np.zeros(3)
 
 
 def _carried(positions, usable, marker, begin, end, variation):
