@@ -136,7 +136,7 @@ void bind_bones(py::module_& module) {
         "influences: most weights of a vertex, 1 to 8. joints: bones are held together at joints; else each moves\n"
         "by itself, which is closer to the clip. Bones that share no vertices are roots of their own.\n"
         "armature: a tuple of heads (b, 3), tails (b, 3) and parents (b,), -1 for a root, to be moved; with\n"
-        "transforms (f, b, 4, 4) as a fourth, as of BoneFit, weights alone are found.\n"
+        "transforms (f, b, 4, 4) as a fourth, as of BoneFit and turns and moves alone, weights alone are found.\n"
         "faces: as of Deformer(), to smooth weights along; None: they are not. threads: 0 for every core.\n"
         "Bones turn and move: parts that grow, and more flying pieces than bones, are left in errors.\n"
         "Returns BoneFit; the same bits for any number of threads. Raises InvalidInput, Cancelled.",

@@ -180,6 +180,9 @@ TEST(Bones, RefuseBadInputByName) {
     options.armature = chain.armature;
     options.armature.transforms[2 * chain.armature.parents.size() + 1].topLeftCorner<3, 3>() *= 1.1;
     EXPECT_NE(refusal(options).find("transforms[2, 1] is no turn"), std::string::npos);
+    options.armature = chain.armature;
+    options.armature.transforms[3 * chain.armature.parents.size()](1, 3) = std::nan("");
+    EXPECT_NE(refusal(options).find("transforms[3, 0] is no turn"), std::string::npos);
     chain.frames[7](3, 1) = std::nan("");
     EXPECT_NE(refusal({}).find("frames[7][3]"), std::string::npos);
 }

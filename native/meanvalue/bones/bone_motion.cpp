@@ -5,6 +5,8 @@
 namespace meanvalue {
 namespace {
 
+constexpr double kHeld = 1e-6;  // joints, where turns leave their places open
+
 /// 3f x 4b: sums of w_j v p^T over vertices, v being where one is in a frame.
 Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
     Eigen::MatrixXd aims = Eigen::MatrixXd::Zero(skin.frames.rows(), 4 * skin.bone_count());
@@ -22,6 +24,31 @@ Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
         }
     });
     return aims;
+}
+
+/// One step of each joint's place to where it lessens what is left, for the turns as they are.
+void move_joints(Skin& skin, const Eigen::MatrixXd& aims, const Eigen::MatrixXd& moments) {
+    const Index bones = skin.bone_count();
+    const auto shifts = Eigen::seqN(3, bones, 4);
+    Eigen::MatrixXd left = aims - skin.motion * moments;
+    left = left(Eigen::all, shifts).eval();
+    Eigen::MatrixXd masses = moments(shifts, shifts);  // of bones with all that hang on them, as `left`
+    for (Index j = bones - 1; j > 0; --j)
+        if (const Index parent = skin.joints[j].parent; parent >= 0) {
+            left.col(parent) += left.col(j);
+            masses.col(parent) += masses.col(j);
+            masses.row(parent) += masses.row(j);
+        }
+    const double held = kHeld * static_cast<double>(skin.frames.size());
+    for (Index j = 0; j < bones; ++j) {
+        auto& [parent, place] = skin.joints[j];
+        if (parent < 0) continue;
+        const Eigen::MatrixX3d apart = skin.motion.middleCols<3>(4 * parent) - skin.motion.middleCols<3>(4 * j);
+        const Matrix3 square = masses(j, j) * apart.transpose() * apart + held * Matrix3::Identity();
+        const Vector3 step = square.ldlt().solve(apart.transpose() * left.col(j));
+        place += step;
+        left -= apart * step * masses.row(j);
+    }
 }
 
 }  // namespace
@@ -54,7 +81,8 @@ Eigen::MatrixXd shares(const Skin& skin) {
 
 void fit_motion(Skin& skin, Index sweeps, const Execution& execution) {
     const Index bones = skin.bone_count();
-    Eigen::MatrixXd moments = shares(skin);
+    Eigen::MatrixXd moments = shares(skin), aims = aims_of(skin, execution);
+    if (skin.moves_joints) move_joints(skin, aims, moments);
     // Turns of all bones, and where the places of roots are, make the motion: motion = state * chain.
     Eigen::MatrixXd chain = Eigen::MatrixXd::Identity(4 * bones, 4 * bones);
     for (Index j = 0; j < bones; ++j) {
@@ -68,7 +96,7 @@ void fit_motion(Skin& skin, Index sweeps, const Execution& execution) {
         }
         shift.segment<3>(4 * j) -= place;
     }
-    const Eigen::MatrixXd aims = aims_of(skin, execution) * chain.transpose();
+    aims *= chain.transpose();
     moments = chain * moments * chain.transpose();
     parallel_items(skin.frame_count(), skin.threads, execution, [&](int, std::size_t frame) {
         const auto aim = aims.middleRows<3>(3 * frame);

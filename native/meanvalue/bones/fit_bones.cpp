@@ -19,9 +19,10 @@
 namespace meanvalue {
 namespace {
 
-constexpr Index kSampledVertices = 3000;  // that bones are split by
-constexpr Index kFreeRounds = 20, kJointRounds = 16, kGivenRounds = 10;
-constexpr Index kSweeps = 12;
+constexpr Index kSampledVertices = 5000;              // that bones are found by
+constexpr Index kFreeRounds = 40, kJointRounds = 60;  // of the sample
+constexpr Index kWholeRounds = 6, kGivenRounds = 10;
+constexpr Index kSampleSweeps = 8, kSweeps = 12;
 constexpr Index kMostBones = 256, kMostInfluences = 8;
 constexpr int kMostSearches = 5;
 constexpr double kCloseEnough = 0.9, kAimedAt = 0.95;   // of the error asked for
@@ -70,10 +71,10 @@ class BoneFitting {
         });
     }
 
-    void alternate(Index rounds, double done, double part) {
+    void alternate(Skin& skin, Index rounds, Index sweeps, double done, double part) {
         for (Index round = 1; round <= rounds; ++round) {
-            if (options_.armature.transforms.empty()) fit_motion(skin_, kSweeps, execution_);
-            fit_weights(skin_, execution_);
+            if (options_.armature.transforms.empty()) fit_motion(skin, sweeps, execution_);
+            fit_weights(skin, execution_);
             execution_.set_progress(done_ + part_ * (done + part * round / rounds));
         }
     }
@@ -86,15 +87,23 @@ class BoneFitting {
         sample.first.resize(sampled.size());
         std::iota(sample.first.begin(), sample.first.end(), 0);
         sample.threads = skin_.threads;
+        sample.around = grouped<Index>(sample.vertex_count(), [](const auto&) {});
         split_bones(sample, count, execution_);
+        sample.influences = options_.influences;
+        sample.weights.assign(sample.vertex_count() * sample.influences, {});
+        fit_weights(sample, execution_);
+        alternate(sample, kFreeRounds, kSampleSweeps, 0.1, 0.3);
+        drop_unused_bones(sample);
+        if (options_.joints) {
+            join_bones(sample);
+            sample.moves_joints = true;
+            alternate(sample, kJointRounds, kSampleSweeps, 0.4, 0.2);
+        }
         static_cast<Bones&>(skin_) = std::move(sample);
+        skin_.moves_joints = options_.joints;
         skin_.weights.assign(skin_.vertex_count() * skin_.influences, {});
         fit_weights(skin_, execution_);
-        alternate(kFreeRounds, 0.2, 0.4);
-        drop_unused_bones(skin_);
-        if (!options_.joints) return;
-        join_bones(skin_);
-        alternate(kJointRounds, 0.6, 0.4);
+        alternate(skin_, kWholeRounds, kSweeps, 0.6, 0.4);
     }
 
     /// About the fewest bones that reach the error, which falls about as their number grows.
@@ -136,7 +145,7 @@ class BoneFitting {
         skin_.weights.assign(skin_.vertex_count() * skin_.influences, {});
         if (!armature.transforms.empty()) {
             take_motion();
-            return alternate(kGivenRounds, 0.0, 1.0);
+            return alternate(skin_, kGivenRounds, kSweeps, 0.0, 1.0);
         }
         Positions ends(2 * bones, 3);
         ends << heads, tails;
@@ -148,7 +157,7 @@ class BoneFitting {
         for (Index v = 0; v < skin_.vertex_count(); ++v)
             skin_.weights[v * skin_.influences] = {
                 tree.nearest({skin_.rest.col(v).head<3>()}, std::numeric_limits<double>::infinity()).triangle, 1.0};
-        alternate(kGivenRounds, 0.0, 1.0);
+        alternate(skin_, kGivenRounds, kSweeps, 0.0, 1.0);
     }
 
     void take_motion() {
@@ -161,7 +170,8 @@ class BoneFitting {
             Eigen::Matrix<double, 3, 4> moved = transforms[k].topRows<3>();
             moved.col(3) = (moved * clip_.center.homogeneous() - clip_.centers.row(f).transpose()) / clip_.size;
             const Matrix3 turn = moved.leftCols<3>();
-            if (!turn.isUnitary(kRigid) || turn.determinant() < 0.0 || !(moved.cwiseAbs().maxCoeff() < kMostGrowth))
+            if (!moved.allFinite() || !turn.isUnitary(kRigid) || turn.determinant() < 0.0 ||
+                moved.cwiseAbs().maxCoeff() >= kMostGrowth)
                 throw InvalidInput(message("armature's transforms[", f, ", ", j, "] is no turn and move of at most ",
                                            kMostGrowth, " sizes; give bones that do not grow"));
             skin_.motion.block<3, 4>(3 * f, 4 * j) = moved;

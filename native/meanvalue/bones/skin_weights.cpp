@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "meanvalue/bones/skin.h"
 #include "meanvalue/common/parallel.h"
@@ -6,8 +7,8 @@
 namespace meanvalue {
 namespace {
 
-constexpr std::size_t kMostCandidates = 12;
-constexpr Index kNearest = 3;
+constexpr std::size_t kMostCandidates = 16;
+constexpr Index kNearest = 10;
 constexpr double kSmoothness = 1e-4;
 
 using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostCandidates, 1>;
@@ -28,18 +29,33 @@ class VertexWeights {
             return;
         }
         look_around(vertex);
+        const auto count = static_cast<Index>(candidates_.size());
+        Square squares(count, count);  // what is lessened is w^T squares w - 2 wanted^T w
+        Numbers wanted(count);
+        for (Index k = 0; k < count; ++k) {
+            const Index j = candidates_[k];
+            wanted(k) = place_.dot(aims.segment<4>(4 * j)) + kSmoothness * mean_(j);
+            for (Index l = 0; l <= k; ++l)
+                squares(k, l) = squares(l, k) = place_.dot(products_.block<4, 4>(4 * j, 4 * candidates_[l]) * place_);
+            squares(k, k) += kSmoothness;
+        }
         // Bones are taken away one by one until no weight is negative and no more are left than may be.
+        std::vector<Index> left(count);
+        std::iota(left.begin(), left.end(), 0);
         for (;;) {
-            const Numbers weights = solve(aims);
+            const Eigen::LLT<Square> factor(Square(squares(left, left)));
+            const Numbers ones = factor.solve(Numbers::Ones(left.size()));
+            Numbers weights = factor.solve(wanted(left));
+            weights -= (weights.sum() - 1.0) / ones.sum() * ones;
+            weights /= weights.sum();
             Index least = 0;
             const double smallest = weights.minCoeff(&least);
-            if (candidates_.size() == 1 ||
-                (smallest > 0.0 && static_cast<Index>(candidates_.size()) <= skin_.influences)) {
-                for (std::size_t k = 0; k < candidates_.size(); ++k)
-                    result[k] = {candidates_[k], weights(k)};
+            if (left.size() == 1 || (smallest > 0.0 && static_cast<Index>(left.size()) <= skin_.influences)) {
+                for (std::size_t k = 0; k < left.size(); ++k)
+                    result[k] = {candidates_[left[k]], weights(k)};
                 return;
             }
-            candidates_.erase(candidates_.begin() + least);
+            left.erase(left.begin() + least);
         }
     }
 
@@ -73,24 +89,6 @@ class VertexWeights {
         look(vertex);
         if (!around.empty()) mean_.setZero();
         std::for_each(around.begin(), around.end(), look);
-    }
-
-    /// Of sum 1, perhaps negative.
-    Numbers solve(const Eigen::Ref<const Eigen::VectorXd>& aims) const {
-        const auto count = static_cast<Index>(candidates_.size());
-        Square a(count, count);
-        Numbers b(count);
-        for (Index k = 0; k < count; ++k) {
-            const Index j = candidates_[k];
-            b(k) = place_.dot(aims.segment<4>(4 * j)) + kSmoothness * mean_(j);
-            for (Index l = 0; l <= k; ++l)
-                a(k, l) = a(l, k) = place_.dot(products_.block<4, 4>(4 * j, 4 * candidates_[l]) * place_);
-            a(k, k) += kSmoothness;
-        }
-        const Eigen::LLT<Square> factor(a);
-        const Numbers ones = factor.solve(Numbers::Ones(count)), wanted = factor.solve(b);
-        const Numbers weights = wanted - (wanted.sum() - 1.0) / ones.sum() * ones;
-        return weights / weights.sum();
     }
 
     const Skin& skin_;

@@ -39,8 +39,8 @@ struct BoneOptions {
     double error = 0.0;    ///< above 0: root mean square distance, in units, to reach with as few bones as it takes
     Index influences = 4;  ///< most weights of a vertex
     bool joints = true;    ///< bones are held together at joints; else each moves by itself, closer to the clip
-    Armature armature;     ///< bones to take; none: they are found. With transforms, weights alone are
-    int threads = 0;       ///< 0: every core
+    Armature armature;  ///< bones to take; none: they are found. With transforms, turns and moves, weights alone are
+    int threads = 0;    ///< 0: every core
 };
 
 /// Vertex i of frame t is near the sum over bones j of weights(i, j) * transforms[t * b + j] * rest(i).
