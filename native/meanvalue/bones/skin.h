@@ -36,7 +36,7 @@ struct Skin : Bones {
     std::vector<Index> first;       ///< n: vertices in one place along a seam have the weights of the first
     Grouped<Index> around;          ///< the neighbors of each vertex that is first, once for each face
     Index influences = 1;
-    bool moves_joints = false;      ///< places of joints are found too
+    bool moves_joints = false;  ///< places of joints are found too
     int threads = 1;
 };
 
