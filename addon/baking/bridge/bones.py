@@ -43,7 +43,7 @@ def problem(obj):
     if rig and not names:
         return f"'{rig.name}' has no bones that deform. Tick Deform of some"
     if same := names.intersection([*settings.handles.keys(), settings.roi_group]):
-        return f"{wording.quoted(sorted(same))} of '{obj.name}' is called as a bone of '{rig.name}'. Rename it"
+        return f"{wording.quoted(sorted(same))} of '{obj.name}' has the name of a bone of '{rig.name}'. Rename it"
     return f"'{obj.name}' is too small for bones. Scale it up" if is_small else shape_keys.absolute_problem(obj)
 
 
