@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "meanvalue/bones/skin.h"
 #include "meanvalue/common/parallel.h"
 #include "meanvalue/linalg/procrustes.h"
@@ -5,7 +7,8 @@
 namespace meanvalue {
 namespace {
 
-constexpr double kHeld = 1e-6;  // joints, where turns leave their places open
+constexpr double kDrawnToCenter = 1e-3;  // joints: of hinges, turns leave their places along the axis open
+constexpr double kLeastMass = 1e-4;      // of all
 
 /// 3f x 4b: sums of w_j v p^T over vertices, v being where one is in a frame.
 Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
@@ -26,7 +29,8 @@ Eigen::MatrixXd aims_of(const Skin& skin, const Execution& execution) {
     return aims;
 }
 
-/// One step of each joint's place to where it lessens what is left, for the turns as they are.
+/// One step of each joint's place to where it lessens what is left, for the turns as they are, and near what both
+/// bones carry.
 void move_joints(Skin& skin, const Eigen::MatrixXd& aims, const Eigen::MatrixXd& moments) {
     const Index bones = skin.bone_count();
     const auto shifts = Eigen::seqN(3, bones, 4);
@@ -39,13 +43,16 @@ void move_joints(Skin& skin, const Eigen::MatrixXd& aims, const Eigen::MatrixXd&
             masses.col(parent) += masses.col(j);
             masses.row(parent) += masses.row(j);
         }
-    const double held = kHeld * static_cast<double>(skin.frames.size());
+    const double least = kLeastMass * static_cast<double>(skin.vertex_count());
     for (Index j = 0; j < bones; ++j) {
         auto& [parent, place] = skin.joints[j];
         if (parent < 0) continue;
         const Eigen::MatrixX3d apart = skin.motion.middleCols<3>(4 * parent) - skin.motion.middleCols<3>(4 * j);
-        const Matrix3 square = masses(j, j) * apart.transpose() * apart + held * Matrix3::Identity();
-        const Vector3 step = square.ldlt().solve(apart.transpose() * left.col(j));
+        const Eigen::Vector4d share = moments.block<4, 1>(4 * j, 4 * parent + 3);
+        const Vector3 center = share(3) > 0.0 ? Vector3(share.hnormalized()) : place;
+        const double pull = kDrawnToCenter * skin.frame_count() * std::max(masses(j, j), least);
+        const Matrix3 square = masses(j, j) * apart.transpose() * apart + pull * Matrix3::Identity();
+        const Vector3 step = square.ldlt().solve(apart.transpose() * left.col(j) + pull * (center - place));
         place += step;
         left -= apart * step * masses.row(j);
     }
