@@ -170,6 +170,8 @@ def _rig(obj, found, names, way, times):
     bones = [data.edit_bones.get(name) or data.edit_bones.new(name) for name in names]
     for bone in data.edit_bones:
         bone.use_inherit_rotation = bone.use_local_location = True
+        bone.use_connect = bone.use_connect and bone.parent.use_deform  # those without Deform stay at rest
+        bone.bbone_segments = 1  # weights were found for bones that do not bend
     for bone, head, tail, parent in zip(bones, heads, tails, parents, strict=True) if chosen is None else ():
         bone.head, bone.tail, bone.parent = head, tail, bones[parent] if parent >= 0 else None
     bpy.ops.object.mode_set(mode='OBJECT')
