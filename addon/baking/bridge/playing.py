@@ -58,7 +58,7 @@ def play_bones(obj, rig, to_rig, names, weights, is_seen):
     taken = {*obj.vertex_groups.keys(), *rig.data.bones.keys()}
     former = {name: vertex_groups.unused(name, taken) for name in names if name in obj.vertex_groups}
     for name, other in former.items():
-        obj.vertex_groups[name].name = other
+        _rename(obj, name, other)
     groups = [obj.vertex_groups.new(name=name) for name in names]
     for vertex, number in zip(*(each.tolist() for each in np.nonzero(weights)), strict=True):
         groups[number].add((vertex,), weights[vertex, number], 'REPLACE')
@@ -86,6 +86,14 @@ def play_bones(obj, rig, to_rig, names, weights, is_seen):
     obj.parent, obj.matrix_parent_inverse = rig, to_rig @ holder.matrix_world @ obj.matrix_parent_inverse
 
 
+def _rename(obj, name, other):
+    """Of a vertex group; modifiers and keys that it masks go on with it, of which Blender knows nothing."""
+    obj.vertex_groups[name].name = other
+    for each in (*obj.modifiers, *(obj.data.shape_keys.key_blocks if obj.data.shape_keys else ())):
+        if getattr(each, "vertex_group", "") == name:
+            each.vertex_group = other
+
+
 def _remove_bones(obj, record):
     """What play_bones() has made. The armature goes with the last that it moves."""
     rig, others = record.rig, [each for each in bpy.data.objects if each.data == obj.data and each != obj]
@@ -95,7 +103,7 @@ def _remove_bones(obj, record):
             obj.vertex_groups.remove(obj.vertex_groups[bone.name])
     for name, other in json.loads(record.former_groups or "{}").items():
         if other in obj.vertex_groups and name not in obj.vertex_groups:
-            obj.vertex_groups[other].name = name
+            _rename(obj, other, name)
     if record.parent is not None and obj.parent == rig:
         obj.parent, obj.matrix_parent_inverse = record.parent, Matrix(json.loads(record.parent_inverse))
     moved = {getattr(modifier, "object", None) for each in bpy.data.objects for modifier in each.modifiers}
