@@ -44,8 +44,10 @@ def _with_frames_beside(path, along, data):
     own = name.fullmatch(path.name)
     found = [(name.fullmatch(each.name), each) for each in path.parent.iterdir()] if own else []
     frames = {int(its[2]): each for its, each in found if its and its.group(1, 3) == own.group(1, 3)}
+    if len(frames) < 2:
+        return data
     lines = Lines(data, path.name)
-    if len(frames) < 2 or len(records.of_json(data, path.name, lambda why, *_: lines.fail(why, number=1))[0]) > 1:
+    if len(records.of_json(data, path.name, lambda why, *_: lines.fail(why, number=1))[0]) > 1:
         return data
     along.update(frames.values())
     parts = [(at, records.loaded(decoded(each.read_bytes()), each.name)) for at, each in sorted(frames.items())]
