@@ -186,6 +186,8 @@ def mirror(obj, keys):
     pairs, alone, lost, taken = {}, set(), 0, []
     for key in keys:
         pairs[key], missing = _mirrored(obj, key)
+        for _, own in along.keys_of(obj, pairs[key]):  # it shows something else now, which refresh() is to leave
+            own.id_data.get(SHOWN, {}).pop(repr(pairs[key].slider_min), None)
         lost = max(lost, missing)
         for other, own in along.keys_of(obj, key)[1:]:
             if bpy.utils.flip_name(own.name) != own.name:
