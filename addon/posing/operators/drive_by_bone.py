@@ -263,7 +263,7 @@ class MEANVALUE_OT_drive_by_bone(MeshOperator, bpy.types.Operator):
         if not any(Vector(turn[1:]).length >= LEAST_TURN for turn in pose.values()):
             raise SceneError("No bone is turned. Pose the bone that is to drive it, or give bone and angle")
         lost = [f"Range Min was {key.slider_min:g}, and is 0"] * (key.slider_min < -0.01)
-        if pose is not stored or repr(key.slider_min) not in key.id_data[POSES]:
+        if pose is not stored:
             store(obj, key, pose)
         if pose is turned:
             key_poses.note_shown(obj, key)
