@@ -131,7 +131,11 @@ def _alone(obj, key):
 def refresh(obj, keys, writes):
     """{name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; writes: it is brought
     there, with what goes along. Those of which that is not known are left out. @throws SceneError."""
-    bones, found = rig_space.armature(obj).pose.bones, {}
+    rig, found = rig_space.armature(obj), {}
+    own = [each for each in obj.modifiers if each.type == 'ARMATURE' and each.object == rig]
+    if rig.data.pose_position == 'REST' or (own and not any(each in own for each in rig_space.deformers(obj))):
+        raise SceneError(f"'{rig.name}' does not pose '{obj.name}' now. Turn on its modifier, and Pose Position")
+    bones = rig.pose.bones
     known = {key: obj.data.shape_keys.get(SHOWN, {}).get(repr(key.slider_min)) for key in keys}
     with engine.held(), contextlib.ExitStack() as after:  # nothing follows, and the rig is as it was afterwards
         after.callback(bpy.context.view_layer.update)
