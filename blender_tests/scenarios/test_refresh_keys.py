@@ -86,7 +86,7 @@ def with_sleeve(part):
     return obj, sleeve, rig
 
 
-def test_one_key_is_refreshed_with_what_goes_along_and_the_list_tells_how_far_off_it_is(part):
+def test_one_key_is_refreshed_with_what_goes_along_and_the_list_tells_how_far_off_it_is(part, capfd):
     obj, sleeve, rig = with_sleeve(part)
     wanted, key = rigs.seen(sleeve), obj.data.shape_keys.key_blocks["Up.L"]
     weights(sleeve, rig)
@@ -96,6 +96,11 @@ def test_one_key_is_refreshed_with_what_goes_along_and_the_list_tells_how_far_of
         off = np.abs(rigs.seen(sleeve) - wanted).max() / rigs.size(sleeve)
         assert low <= off <= high
         assert part("posing.bridge.key_poses").off_by(key) == pytest.approx(off, rel=0.1, abs=1e-5)
+    key.data[3].co.x += 0.1  # an artist's
+    edited = steps.key_positions(obj, "Up.L")
+    assert bpy.ops.meanvalue.drive_by_bone(does='REFRESH_ALL') == {'FINISHED'}
+    assert np.array_equal(steps.key_positions(obj, "Up.L"), edited)
+    assert "Edited since, and left as they are: 'Up.L'" in capfd.readouterr().out
 
 
 def test_a_pair_keeps_the_artists_driver_and_what_it_loses_is_told(part, capfd):

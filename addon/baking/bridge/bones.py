@@ -166,6 +166,7 @@ def _rig(obj, found, names, way, times):
     data, layer = chosen.data.copy() if chosen else bpy.data.armatures.new("Armature"), bpy.context.view_layer
     rig = bpy.data.objects.new(f"{obj.name} Armature", data)
     data.name, data.pose_position = rig.name, 'POSE'
+    data.animation_data_clear()  # of what was copied
     bpy.context.scene.collection.objects.link(rig)  # others may be hidden, where nothing has an Edit Mode
     views.show_in_local_views(rig, obj)
     rig.matrix_world, rig.show_in_front = obj.matrix_world @ back, True

@@ -22,8 +22,8 @@ from ...scene.surface import Surface
 POSES, BONES = "meanvalue_poses", "meanvalue_bones"
 
 #: On the datablock of the keys, of what goes along too: {mark of the mesh's key: {"rig": {bone: 16 numbers, what it
-#: does of itself}, "seen": n x 3 float32 where the key alone was seen, "off": share of the size when checked last}}. Of
-#: the size: from where on a key is off, and is brought nearer.
+#: does of itself}, "seen": n x 3 float32 where the key alone was seen, "own": n x 3 float32 what it added then, "off":
+#: share of the size when checked last}}. Of the size: from where on a key is off, and is brought nearer.
 SHOWN, OFF, NEAR = "meanvalue_shown", 1e-4, 2e-6
 CHANNELS = "location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale"
 
@@ -114,8 +114,21 @@ def note_shown(obj, key):
         with contextlib.suppress(SceneError), rig_space.evaluating(other, alone=True) as evaluate:
             seen = evaluate(_alone(other, own)).astype(np.float32).tobytes()
             own.id_data[SHOWN] = own.id_data.get(SHOWN, {})
-            own.id_data[SHOWN][repr(key.slider_min)] = {"rig": posed, "seen": seen, "off": 0.0}
+            known = {"rig": posed, "seen": seen, "own": _added(own).tobytes(), "off": 0.0}
+            own.id_data[SHOWN][repr(key.slider_min)] = known
     follow_bones(obj)
+
+
+def _added(key):
+    return (shape_keys.positions(key) - shape_keys.positions(key.relative_key)).astype(np.float32)
+
+
+def _is_edited(key, mark):
+    """Whether an artist has changed what the key adds since it was noted; edits of the Basis are none."""
+    noted = np.frombuffer(key.id_data.get(SHOWN, {}).get(mark, {}).get("own", b""), np.float32).reshape(-1, 3)
+    added = _added(key)
+    size = bounding_box_diagonal(shape_keys.positions(key.relative_key))
+    return len(noted) == len(added) and np.abs(added - noted).max(initial=0.0) > NEAR * size
 
 
 def off_by(key):
@@ -129,9 +142,12 @@ def _alone(obj, key):
 
 
 def refresh(obj, keys, writes):
-    """{name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; writes: it is brought
-    there, with what goes along. Those of which that is not known are left out. @throws SceneError."""
-    rig, found = rig_space.armature(obj), {}
+    """Returns ({name: (how far a kept pose is from what it showed, and how far then)}, shares of the size; names of
+    those that were edited since). writes: the others are brought there, with what goes along. Those of which that is
+    not known are left out. @throws SceneError."""
+    rig, found, edited = rig_space.armature(obj), {}, []
+    if obj.meanvalue.baked.former_groups not in {"", "{}"}:
+        raise SceneError(f"The bake to bones has other weights in '{obj.name}'. Press Remove Bake first")
     own = [each for each in obj.modifiers if each.type == 'ARMATURE' and each.object == rig]
     if rig.data.pose_position == 'REST' or (own and not any(each in own for each in rig_space.deformers(obj))):
         raise SceneError(f"'{rig.name}' does not pose '{obj.name}' now. Turn on its modifier, and Pose Position")
@@ -145,11 +161,13 @@ def refresh(obj, keys, writes):
             for bone in bones:
                 bone.matrix_basis = Matrix(np.reshape(known[key]["rig"].get(bone.name, np.eye(4)), (4, 4)))
             bpy.context.view_layer.update()
-            offs = [_refresh(*each, repr(key.slider_min), writes) for each in along.keys_of(obj, key)]
+            mark, parts = repr(key.slider_min), along.keys_of(obj, key)
+            edited += [key.name] * any(_is_edited(own, mark) for _, own in parts)
+            offs = [_refresh(*each, mark, writes and key.name not in edited) for each in parts]
             if any(offs):
                 found[key.name] = tuple(map(max, zip(*filter(None, offs), strict=True)))
                 known[key]["off"] = found[key.name][1]
-    return found
+    return found, edited
 
 
 def _refresh(obj, key, mark, writes):
@@ -169,6 +187,7 @@ def _refresh(obj, key, mark, writes):
         mask = vertex_groups.weights(obj, {key.vertex_group}).get(key.vertex_group, np.ones(len(seen)))[:, None]
         own = shape_keys.positions(key) + (found - shape) / np.where(mask > 1e-3, mask, np.inf)
         shape_keys.write_positions(obj.data, key, own.astype(np.float32))
+        known["own"] = _added(key).tobytes()
     return off, min(off, then)
 
 
@@ -194,12 +213,14 @@ def mirror(obj, keys):
             own.id_data.get(SHOWN, {}).pop(repr(pairs[key].slider_min), None)
         lost = max(lost, missing)
         for other, own in along.keys_of(obj, key)[1:]:
-            if bpy.utils.flip_name(own.name) != own.name:
+            name = bpy.utils.flip_name(own.name)
+            there = own.id_data.key_blocks.get(name)
+            if there is not None and (other, there) not in along.keys_of(obj, pairs[key]):
+                taken.append(name)  # an artist's
+            elif name != own.name:
                 pair = _mirrored(other, own)[0]
                 if is_free(pair):
                     along.drive(pair, pairs[key])
-                elif (other, pair) not in along.keys_of(obj, pairs[key]):
-                    taken.append(pair.name)
         pose = pose_of(key)
         images = _images(obj, pose) if rig_space.armature(obj) is not None else {}
         alone.update(pose.keys() - images)

@@ -141,13 +141,15 @@ def _side(name):
 
 def _refresh(obj, keys, writes):
     """As run() returns."""
-    found = key_poses.refresh(obj, keys, writes) if rig_space.armature(obj) else {}
+    found, edited = key_poses.refresh(obj, keys, writes) if rig_space.armature(obj) else ({}, [])
     if not found:
         raise SceneError("What kept poses showed is not known. Pose the rig, and Drive by Pose > As Posed Now")
     off = {name: pair for name, pair in found.items() if pair[0] > key_poses.OFF}
     lines = [f"'{name}': {before:.2%} of the size off, now {then:.2%}" for name, (before, then) in off.items()]
-    left = writes and any(then > key_poses.OFF for _, then in off.values())
+    left = writes and any(then > key_poses.OFF for name, (_, then) in off.items() if name not in edited)
     notes = ["What modifiers smooth away, as Corrective Smooth does, no key brings back"] if left else []
+    told = f"Edited since, and left as they are: {wording.quoted(edited)}. To keep that, tick As Posed Now"
+    notes += [told] if edited else []
     return [f"{len(off)} of {wording.counted(len(found), 'kept pose')} off", *lines], notes
 
 
@@ -162,7 +164,7 @@ def _mirror(obj, key, all_of_side):
     notes = [f"No bone is across from {wording.quoted(alone)}"] if alone else []
     notes += [f"{wording.vertices(lost)} without a mirror image go as the surface there does"] if lost else []
     own += [each.name for pair in pairs.items() for each in pair if not is_free(each)]
-    notes += [f"Drivers and keyframes of your own are not mirrored: {wording.quoted(own)}"] if own else []
+    notes += [f"Keys, drivers and keyframes of your own are not mirrored: {wording.quoted(own)}"] if own else []
     for pair in pairs.values():
         low, group = former.get(pair.name, (0.0, ""))
         notes += [f"Range Min of '{pair.name}' was {low:g}, and is 0"] * (abs(low - pair.slider_min) > 0.01)
