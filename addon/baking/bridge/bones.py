@@ -38,12 +38,13 @@ def problem(obj):
     if obj.parent is not None and obj.parent_type in rig_space.DEFORMING_PARENTS:
         return f"'{obj.parent.name}' deforms '{obj.name}' as its parent. Parent it as Object, and add a modifier"
     is_small = bounding_box_diagonal(shape_keys.rest_positions(obj.data)) < 1e-4  # Blender drops bones below 1e-6
-    rig, settings = obj.meanvalue.bake.armature, obj.meanvalue
-    names, record = {bone.name for bone in _deforming(rig)} if rig else set(), obj.meanvalue.baked
+    settings = obj.meanvalue
+    rig, record = settings.bake.armature, settings.baked
+    names = {bone.name for bone in _deforming(rig)} if rig else set()
     if record.rig and (record.rig == rig or record.former_groups not in {"", "{}"}):
         return f"'{obj.name}' is baked with such bones. Press Remove Bake first"
     if shape_keys.sharing(obj) and names.intersection(obj.vertex_groups.keys()):
-        return f"'{obj.name}' shares its mesh, whose groups are called like bones of '{rig.name}'. Make it single-user"
+        return f"'{obj.name}' shares its mesh, which has groups named as bones of '{rig.name}'. Make it single-user"
     if rig and not names:
         return f"'{rig.name}' has no bones that deform. Tick Deform of some"
     if same := names.intersection([*settings.handles.keys(), settings.roi_group]):
