@@ -14,15 +14,10 @@ BOUND = {
     "handles": np.repeat([0, 1], COUNT // 2), "strengths": np.ones(COUNT), "stiffness": np.ones(len(VERTICES)),
 }  # fmt: skip
 SOLVED = {"targets": bent_targets(), "start": VERTICES}
-BASELINE = {name: BOUND[name] for name in ("vertices", "faces", "anchors", "roi")} | {"targets": bent_targets()}
 
 
 def deformer():
     return meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
-
-
-def baseline(name):
-    return lambda **arrays: getattr(pytest.importorskip("meanvalue.baselines"), name)(**arrays)
 
 
 # name: (call, its array arguments)
@@ -39,10 +34,6 @@ CALLS = {
         lambda **arrays: meanvalue.Morpher([VERTICES, 1.5 * VERTICES], TRIANGLES).solve([0.5, 0.5], **arrays),
         {"parts": np.array([1])},
     ),
-    **{
-        name: (baseline(name), BASELINE)
-        for name in ("laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant")
-    },
 }
 FORM = {
     "vertices": "float", "targets": "float", "start": "float", "strengths": "float", "stiffness": "float",

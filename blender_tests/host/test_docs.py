@@ -156,13 +156,6 @@ def test_python_page_has_every_function_with_text():
         assert is_plain or (after and not after.startswith("#")), f"{heading} has no docstring"
 
 
-def test_cpp_page_has_no_private_member():
-    page = (REFERENCE / "cpp.md").read_text()
-    assert "private:" not in page
-    for name in ("Deformer", "Morpher", "SliderFit", "Sequence", "Binding", "Execution", "InvalidInput", "share"):
-        assert re.search(rf"(?m)^### {name}$", page), name
-
-
 def test_the_first_example_poses_a_strip():
     (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", (DOCS / "installing.md").read_text())
     names = {}

@@ -17,24 +17,6 @@ def cut_open(seed=0):
     return vertices[numbers] + jitter, np.arange(len(numbers), dtype=np.int32).reshape(-1, 3), numbers
 
 
-def test_merged_vertices_are_solved_as_one():
-    vertices, triangles = tube()
-    expected, _ = bent_tube(vertices, triangles, len(vertices))
-    split, own, numbers = cut_open()
-    anchors = np.flatnonzero((numbers < 12) | (numbers >= len(vertices) - 12))
-    bind_input = given(split, own, anchors, (numbers[anchors] >= 12).astype(np.int32), merge_distance=3e-4)
-    assert len(bind_input.solver_mesh.rest) == len(vertices)
-    targets = bind_input.anchor_rest + (expected - vertices)[numbers[anchors]]
-    result, deformer = solved(bind_input, own, targets)
-    assert len(deformer.report.components) == 1
-    assert np.abs(result - expected[numbers]).max() < 2e-3
-    # Copies go the same way, to the last bit of a move.
-    moves = result - bind_input.rest
-    for vertex in (50, 100):
-        copies = np.flatnonzero(numbers == vertex)
-        assert np.abs(moves[copies] - moves[copies[0]]).max() < 1e-12
-
-
 def test_a_copy_that_is_fixed_fixes_all_and_hard_handles_lead():
     split, own, numbers = cut_open()
     roi = np.ones(len(split), bool)
@@ -84,15 +66,6 @@ def test_open_borders_in_one_place_are_one_and_so_are_doubles_and_other_layers_a
     layers[50, 0] += 0.01  # no double
     assert given(layers, both, anchors, close_seams=True).joined_places == 24  # its ends, one of them inside
     assert given(vertices, triangles, np.arange(12), close_seams=True).copies is None
-
-
-def test_a_soup_is_one_surface_with_no_distance():
-    vertices, triangles = tube()
-    soup = vertices[triangles.ravel()] + np.random.default_rng(4).uniform(-1e-7, 1e-7, (triangles.size, 3))
-    own = np.arange(triangles.size, dtype=np.int32).reshape(-1, 3)
-    bind_input = given(soup, own, np.arange(12), close_seams=True)
-    assert len(bind_input.solver_mesh.rest) == len(vertices)
-    assert np.array_equal(np.unique(bind_input.solver_mesh.triangles(own)), np.arange(len(vertices)))
 
 
 def refuse(vertices, triangles, distance):

@@ -63,7 +63,8 @@ def test_the_zip_holds_addon_manifest_wheels_and_licences(builder, wheels, tmp_p
 
 
 def test_there_is_a_zip_for_each_platform_and_one_for_all_that_is_not_too_large(builder, wheels, tmp_path, monkeypatch):
-    made = wheels(LINUX_313, LINUX_311, "cp311-cp311-win_amd64", "cp311-cp311-macosx_11_0_arm64")
+    macos = "cp311-cp311-macosx_11_0_arm64", "cp311-cp311-macosx_10_15_x86_64"
+    made = wheels(LINUX_313, LINUX_311, "cp311-cp311-win_amd64", *macos)
 
     def contents():
         found = {}
@@ -78,9 +79,10 @@ def test_there_is_a_zip_for_each_platform_and_one_for_all_that_is_not_too_large(
     single = {
         "-linux_x64.zip": (["linux-x64"], 2),
         "-macos_arm64.zip": (["macos-arm64"], 1),
+        "-macos_x64.zip": (["macos-x64"], 1),
         "-windows_x64.zip": (["windows-x64"], 1),
     }
-    assert contents() == {**single, ".zip": (["linux-x64", "macos-arm64", "windows-x64"], 4)}
+    assert contents() == {**single, ".zip": (["linux-x64", "macos-arm64", "macos-x64", "windows-x64"], 5)}
     monkeypatch.setattr(builder, "LARGEST_FOR_ALL", 1000)
     assert contents() == single
 
@@ -100,20 +102,6 @@ def test_the_same_sources_make_the_same_bytes(builder, wheels, tmp_path):
     os.utime(made[0], (1_000_000_000, 1_000_000_000))
     builder.build(second, made)
     assert first.read_bytes() == second.read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("tag", "platform"),
-    [
-        (LINUX_311, "linux-x64"),
-        ("cp311-cp311-linux_x86_64", "linux-x64"),
-        ("cp311-cp311-win_amd64", "windows-x64"),
-        ("cp311-cp311-macosx_11_0_arm64", "macos-arm64"),
-        ("cp311-cp311-macosx_10_15_x86_64", "macos-x64"),
-    ],
-)
-def test_platforms_are_called_as_blender_does(builder, wheels, tag, platform):
-    assert builder.platform(wheels(tag)[0]) == platform
 
 
 def test_wheels_that_do_not_fit_are_refused(builder, wheels):
