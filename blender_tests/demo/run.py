@@ -17,6 +17,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+import demo.bones
 import demo.character
 import demo.joints
 import demo.keys
@@ -33,6 +34,7 @@ from demo.walk import run as walk
 #: Demos with a command line of their own.
 SPECIAL = {"walk": walk, "morph": morph, "rig": rig, "example": example, "face": face, "keys": demo.keys}
 SPECIAL |= {"joints": demo.joints, "lift": demo.lift, "mirror": demo.mirror, "character": demo.character}
+SPECIAL |= {"bones": demo.bones}
 
 
 def main(argv):

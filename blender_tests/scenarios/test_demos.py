@@ -10,6 +10,7 @@ from support import meshes, steps
 
 from addon.capture.core import marker_sets
 from blender_tests.demo import arguments, built_in, game_figure, pictures, pose, ready, row, user_file
+from blender_tests.demo.bones import octahedra, played
 from blender_tests.demo.character import drag, dressed, measured
 from blender_tests.demo.example import run as example
 from blender_tests.demo.joints import SUBJECTS, add_body, both, off_rest
@@ -63,6 +64,17 @@ def test_the_walk_comes_near_the_skinned_figure(carried):
     elbows = gait.elbows_off(subject, result, landmarks)
     assert len(elbows) == 2 * FRAMES and np.abs(elbows).max() < 8.0
     assert [what.split()[0] for what, _ in gait.rows(subject, result)] == ["slide", "knees", "elbows"]
+
+
+@pytest.mark.slow
+def test_the_walk_plays_as_bones_too(carried):
+    subject, result = carried(subjects.walk, frames=30)
+    pose.call(bpy.ops.meanvalue.bake, target="ARMATURE", frame_range="SCENE", confirm=True)
+    shapes, bones = played(bpy.data.objects["walk"])
+    assert 0.0 < measures.rms(shapes, result.shapes).max() < 0.01 * subject.height
+    assert bones.shape[:2] == (30, len(bpy.data.objects["walk"].meanvalue.baked.rig.pose.bones))
+    points, faces = octahedra(bones[0], np.array([0.6, 0.8, 0.0]))
+    assert len(faces) == 8 * bones.shape[1] and np.isin(bones[0], points).all()
 
 
 @pytest.mark.slow

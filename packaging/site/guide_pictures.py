@@ -38,6 +38,7 @@ DEMOS = {
     "walk.jpg": ("walk", "walk_strip.png", 1600),
     "walk_short_legs.jpg": ("walk", "walk_short_legs_strip.png", 1600),
     "sit.jpg": ("walk", "sit_strip.png", 1600),
+    "bones.jpg": ("bones", "bones.png", 1600),
     "face.jpg": ("face", "face_noisy.png", 1500),
     "keys_face.jpg": ("keys", "keys_face.png", 1400),
     "keys_shoulder.jpg": ("keys", "keys_shoulder.png", 1400),
