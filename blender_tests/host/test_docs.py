@@ -44,11 +44,6 @@ def slug(heading):
     return re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", text).strip().lower())
 
 
-def slug_of_site(heading):
-    """MkDocs makes one hyphen of several; forges don't. A link should work in both."""
-    return re.sub(r"-+", "-", slug(heading))
-
-
 def problem(page, target):
     """What is wrong with a link on a page, or None."""
     if re.match(r"(https?|mailto):", target):
@@ -72,14 +67,6 @@ def problem(page, target):
 def test_links_lead_somewhere(page):
     wrong = [f"{target}: {why}" for target in links(page.read_text("utf-8")) if (why := problem(page, target))]
     assert not wrong, "\n".join(wrong)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_linked_headings_have_one_name_in_site_and_repository(page):
-    targets = [target for other in PAGES for target in links(other.read_text("utf-8"))]
-    linked = {target.partition("#")[2] for target in targets if "#" in target}
-    for heading in re.findall(r"(?m)^#{1,6} (.*)$", prose(page.read_text("utf-8"))):
-        assert slug(heading) == slug_of_site(heading) or slug(heading) not in linked, f"'{heading}' is linked"
 
 
 def test_every_page_is_in_the_menu_of_the_site():

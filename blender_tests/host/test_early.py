@@ -36,22 +36,6 @@ def test_it_is_gone_once_the_whole_is_there(creature):
     assert task.result() is not None and task.early is None
 
 
-def test_a_mesh_that_is_bound_again_has_one_too(creature):
-    vertices, faces, anchors, targets = creature
-    task = meanvalue.start_bind(vertices, faces, anchors, early=True)
-    early, whole = early_of(task), task.result()
-    again = whole.start_rebind(anchors[5:], early=True)
-    its_early = early_of(again)
-    assert its_early is not None
-    by_early = early.rebind(anchors[5:]).solve(targets[5:]).vertices
-    assert np.array_equal(by_early, again.result().solve(targets[5:]).vertices)
-
-
-def test_there_is_none_unasked(creature):
-    vertices, faces, anchors, _targets = creature
-    assert early_of(meanvalue.start_bind(vertices, faces, anchors)) is None
-
-
 def test_it_outlives_a_bind_that_is_cancelled(creature):
     vertices, faces, anchors, targets = creature
     execution = meanvalue.Execution()

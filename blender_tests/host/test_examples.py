@@ -33,19 +33,6 @@ def test_weights_are_told_and_sum_to_one(bar):
     assert meanvalue.Deformer(vertices, faces, anchors).solve(vertices[anchors]).example_weights is None
 
 
-def test_a_sequence_bends_as_examples_do(bar):
-    vertices, faces, anchors = bar
-    truths = np.array([bent(vertices, angle) for angle in np.linspace(0, 0.9, 4)])
-    alone = meanvalue.Deformer(vertices, faces, anchors)
-    taught = meanvalue.Deformer(vertices, faces, anchors, examples=bent(vertices, 1.4)[None])
-
-    def error(shapes):
-        return np.linalg.norm(shapes - truths, axis=2).mean()
-
-    targets = truths[:, anchors]
-    assert error(taught.solve_sequence(targets).vertices) < 0.85 * error(alone.solve_sequence(targets).vertices)
-
-
 @pytest.mark.parametrize(
     ("examples", "words"),
     [

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messy meshes are solved to finite shapes, what is healthy of them as without the mess; and all of it is told of.
-
-Real meshes are those of the shared data, skipped where it is missing.
-"""
-
-import functools
+"""Messy meshes are solved to finite shapes, what is healthy of them as without the mess; and all of it is told of."""
 
 import numpy as np
 import pytest
@@ -14,11 +9,8 @@ pytest.importorskip("meanvalue", reason="the native module is not on PYTHONPATH"
 from addon.posing.core import mesh_problems
 from addon.posing.core.bind_input import BindInput
 from addon.scene.core import welding
-from blender_tests.support import mesh_files, messy_variants, native_calls
+from blender_tests.support import native_calls
 from native.benchmarks.rigid import rotation_about
-
-#: Vertices that may move, of a bigger mesh those nearest to the handle: for time's sake.
-MOST_FREE = 4000
 
 
 def given(vertices, triangles, anchors, pieces=None, **options):
@@ -44,83 +36,6 @@ def solved(bind_input, triangles, targets, **options):
     deformer = native_calls.bound(bind_input, triangles)
     whole = bind_input.solver_mesh
     return np.asarray(whole.cut_back(deformer.solve(whole.targets(targets), **options).vertices)), deformer
-
-
-def posed(vertices, triangles, **options):
-    """(BindInput, targets): the two ends of the mesh held, one of them turned and lifted."""
-    diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
-    used = np.unique(triangles)
-    axis = int(np.argmax(np.ptp(vertices[used], axis=0)))
-    order = used[np.argsort(vertices[used, axis], kind="stable")]
-    count = max(4, len(used) // 50)
-    low, high = order[:count], order[-count:]
-    anchors = np.sort(np.concatenate([low, high]))
-    pieces = np.isin(anchors, high).astype(np.int32)
-    roi = None
-    if len(used) > MOST_FREE:
-        roi = np.zeros(len(vertices), bool)
-        roi[order[-MOST_FREE:]] = True
-    bind_input = given(vertices, triangles, anchors, pieces, roi=roi, **options)
-    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
-    targets = bind_input.anchor_rest.copy()
-    centre = targets[pieces == 1].mean(axis=0)
-    targets[pieces == 1] = (targets[pieces == 1] - centre) @ turn.T + centre + [0.0, 0.0, 0.05 * diagonal]
-    return bind_input, targets, diagonal
-
-
-VARIANTS = {
-    "triangles": lambda vertices, triangles: (vertices, triangles),
-    "doubles": messy_variants.with_doubles,
-    "cut": messy_variants.cut,
-    "mirrored": lambda vertices, triangles: messy_variants.unjoined_halves(
-        vertices, triangles, 1e-4 * np.linalg.norm(np.ptp(vertices, axis=0))
-    ),
-}
-
-
-def files():
-    found = [*mesh_files.model_paths("messy"), *mesh_files.model_paths("models")]
-    if found:
-        return [pytest.param(path, id=path.name) for path in found]
-    return [pytest.param(None, marks=pytest.mark.skip(reason=f"no meshes in {mesh_files.DATA}"))]
-
-
-@functools.lru_cache(maxsize=1)
-def read(path):
-    return mesh_files.read_triangles(path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("variant", VARIANTS)
-@pytest.mark.parametrize("path", files())
-def test_real_meshes_however_they_come(path, variant):
-    vertices, triangles = read(path)
-    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]  # Blender drops such faces
-    vertices, triangles = VARIANTS[variant](vertices, triangles)
-    merge = 4e-4 * np.linalg.norm(np.ptp(vertices, axis=0)) if variant == "mirrored" else 0.0
-    bind_input, targets, diagonal = posed(vertices, triangles, merge_distance=merge)
-    result, deformer = solved(bind_input, triangles, targets, max_iterations=60)
-    assert np.isfinite(result).all()
-    hard = bind_input.solver_mesh.met(targets)
-    assert np.abs(result[bind_input.anchors] - hard).max() < 1e-9 * diagonal
-    assert np.array_equal(result[~bind_input.roi], bind_input.rest[~bind_input.roi].astype(np.float64)) or merge
-    # Nothing flies off: a part that only the handle holds turns by its 37 degrees about it.
-    farthest = np.linalg.norm(targets - bind_input.anchor_rest, axis=1).max()
-    assert np.linalg.norm(result - bind_input.rest, axis=1).max() < farthest + 0.64 * diagonal
-    # What nothing holds is told of, follows, and can be selected.
-    report = deformer.report
-    loose = [k for k, part in enumerate(report.components) if part.undetermined == 7 and part.free_count]
-    assert loose == [k for k, carrier in enumerate(report.carriers) if carrier >= 0]
-    places = bind_input.solver_mesh.places
-    problems, _distance = mesh_problems.find(bind_input.rest, triangles, report, places)
-    if loose:
-        in_loose = np.isin(report.part_of[places], loose)
-        assert np.array_equal(np.flatnonzero(in_loose), problems['LOOSE'])
-    if variant == "doubles":
-        assert 'DOUBLE' in problems
-
-
-# -- generated meshes ------------------------------------------------------------------------------------------------
 
 
 def tube():
@@ -199,6 +114,15 @@ def test_a_flipped_face_is_found_and_solved():
     assert deformer.report.detached_triangle_count == 1
 
 
+def with_doubles(vertices, triangles, share, seed):
+    """Every so many triangles get corners of their own: holes in the surface, and loose triangles in them."""
+    chosen = np.random.default_rng(seed).random(len(triangles)) < share
+    corners = triangles[chosen].ravel()
+    result = triangles.copy()
+    result[chosen] = (len(vertices) + np.arange(len(corners))).reshape(-1, 3)
+    return np.concatenate([vertices, vertices[corners]]), result.astype(np.int32)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_whatever_is_done_to_the_faces_the_shape_is_finite(seed):
     random = np.random.default_rng(seed)
@@ -208,7 +132,7 @@ def test_whatever_is_done_to_the_faces_the_shape_is_finite(seed):
     messy = triangles.copy()
     messy[some[0]] = messy[some[0], ::-1]
     messy = np.concatenate([messy[~some[1]], messy[some[2]]])
-    vertices, messy = messy_variants.with_doubles(vertices, messy, 0.1, seed)
+    vertices, messy = with_doubles(vertices, messy, 0.1, seed)
     vertices[random.integers(24, count - 24, 5)] = vertices[40]  # faces without area
     result, deformer = bent_tube(vertices, messy.astype(np.int32), count)
     assert np.isfinite(result).all()

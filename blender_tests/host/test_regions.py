@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Growing a region over a surface, its soft border, and which faces it tints."""
+"""Growing a region over a surface, and its soft border."""
 
 import heapq
 
@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from support import rings
 
-from addon.posing.core.bind_input import border_strengths, soft_border
-from addon.scene.core.point_sets import tinted_faces
+from addon.posing.core.bind_input import soft_border
 
 NO_FACES = np.empty((0, 3), np.int32)
 
@@ -40,18 +39,6 @@ def dijkstra(edges, positions, seed):
                 other = second if vertex == first else first
                 heapq.heappush(queue, (gone + np.linalg.norm(positions[first] - positions[second]), other))
     return shortest
-
-
-def test_only_triangles_that_lie_wholly_in_the_region_are_tinted():
-    triangles = np.array([(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 6), (1, 6, 2), (3, 2, 7)], np.int32)
-    region = np.ones(8, bool)
-    region[7] = False
-    vertices, tinted = tinted_faces(triangles, region)
-    assert vertices[tinted].tolist() == triangles[:5].tolist()
-    region[0] = False
-    vertices, tinted = tinted_faces(triangles, region)
-    assert vertices.tolist() == [1, 2, 4, 5, 6]
-    assert vertices[tinted].tolist() == triangles[2:5].tolist()
 
 
 # Soft borders
@@ -174,18 +161,6 @@ def test_ways_over_damaged_meshes_are_refused_or_end():
     for edges, triangles, seeds in ([[(0, 976)], faces, [0]], [[(0, 1)], faces + 1, [0]], [[(0, 1)], faces, [-1]]):
         with pytest.raises(meanvalue.InvalidInput, match="vertices"):
             meanvalue.SurfaceWays(points, edges, triangles).distances(seeds, 1.0)
-
-
-def test_only_weights_between_none_and_all_are_a_border():
-    border, strengths = soft_border(np.array([0.0, 0.5, 1.0, 0.25, 0.5]), np.array([4]), 15.0)
-    assert border.tolist() == [1, 3]
-    assert strengths[1] == pytest.approx(3.0 * strengths[0])
-    assert soft_border(np.array([0.0, 1.0, 1.0]), np.array([1]), 15.0) == (None, None)
-
-
-def test_a_finer_mesh_has_weaker_springs_by_the_square_of_its_vertices():
-    coarse, fine = (border_strengths(np.array([0.5]), 15.0, count)[0] for count in (100, 400))
-    assert coarse == pytest.approx(16.0 * fine)
 
 
 def disk(rows, strength=None):
