@@ -15,7 +15,8 @@ from ...scene import rig_space, subject
 from ...scene.core import motion
 from . import members
 
-#: A bone that deforms its own handle by half has moved it by half of what is missing each time that it is put back.
+#: A bone that deforms its own handle by half has moved it by half of what is missing each time that it is put back, and
+#: what is put back takes its children along.
 MOST_RESETS = 24
 
 
@@ -127,18 +128,17 @@ def put(handle, world):
 def reset(obj, handles):
     """Puts controls back to where their handles are in the rest shape. Returns the handles that are elsewhere still."""
     bpy.context.view_layer.update()
-    handles = sorted(handles, key=_depth)
     for handle in handles:
         _renew_frame(obj, handle)
-    for _ in range(MOST_RESETS):
-        transforms = _follow_rig(obj, handles)
-        if not _elsewhere(obj, handles, transforms):
+    left = None
+    for _ in range(MOST_RESETS + len(handles)):
+        transforms, former = _follow_rig(obj, handles), left
+        left = _elsewhere(obj, handles, transforms)
+        if not left or (left == former and not rig_space.is_there(obj)):
             break
-        for handle, transform in zip(handles, transforms, strict=True):  # all: what is reset takes its children along
+        for handle, transform in zip(handles, transforms, strict=True):
             put(handle, np.array(obj.matrix_world) @ transform @ at_rest(handle))
             bpy.context.view_layer.update()  # the next may be a child of this one
-        if not rig_space.is_there(obj):
-            break
     return _elsewhere(obj, handles, _follow_rig(obj, handles))
 
 
@@ -151,15 +151,6 @@ def _renew_frame(obj, handle):
     frame, rest = unscaled(obj), at_rest(handle)
     rest[:3, :3] = frame @ np.linalg.inv(frame_of(handle)) @ rest[:3, :3]
     handle.control_frame, handle.rest_relation = frame.ravel(), rest.ravel()
-
-
-def _depth(handle):
-    """How many parents the control has: those are reset before it."""
-    control, bone = handle.control, bone_of(handle)
-    count = len(bone.parent_recursive) if bone is not None else 0
-    while control.parent is not None:
-        control, count = control.parent, count + 1
-    return count
 
 
 def _follow_rig(obj, handles):
