@@ -8,7 +8,7 @@ from support.mirrored_bodies import body, part
 
 from addon.errors import SceneError
 from addon.posing.core.bind_input import soft_border, spring_strengths
-from addon.scene.core import whole_mesh
+from addon.scene.core import motion, whole_mesh
 from blender_tests.host.test_messy_meshes import given as bind_input_of
 from native.benchmarks.rigid import rotation_about
 from native.benchmarks.shape_metrics import volume
@@ -141,21 +141,22 @@ def test_a_handle_across_the_plane_turns_in_it_and_keeps_its_shape(mirrored):
     top = given.handles == 0
     points = given.anchor_rest[top]
     middle = np.array([0.0, *points.mean(axis=0)[1:]])
-    clip = np.repeat(given.anchor_rest[None], 4, axis=0)
-    nod = rotation_about(unit(0), 28.6)
-    clip[0, top] = (points - middle) @ nod.T + middle
-    clip[1, top] = (points - middle) @ (1.2 * rotation_about(unit(2), 40.1)).T + middle + [0.3, 0.0, 0.0]
-    clip[2, top] = (points - middle) @ (rotation_about(unit(2), 22.9) @ nod @ rotation_about(unit(2), -22.9)).T + middle
-    clip[3, top] = np.nan
-    met = given.solver_mesh.met(clip)[:3, top]
-    assert np.array_equal(met[0], clip[0, top])
-    assert np.allclose(met[1], (points - middle) * 1.2 + middle, atol=1e-9)
-    lengths = np.linalg.norm(met[2] - met[2].mean(axis=0), axis=1)
-    assert np.allclose(lengths, np.linalg.norm(points - points.mean(axis=0), axis=1), atol=1e-9)
-    turned = np.arccos(((met[2] - middle)[0] @ (points - middle)[0]) / np.sum((points - middle)[0] ** 2))
-    assert 0.2 < turned < 0.5 or not mirrored
-    if not mirrored:
-        assert np.abs(met[2].mean(axis=0)[0]) < 1e-9
+    nod, aside = rotation_about(unit(0), 28.6), rotation_about(unit(2), 22.9)
+
+    def met(turn, shift=(0.0, 0.0, 0.0)):
+        move = given.move_in_planes(0, motion.affine(turn, middle - turn @ middle + shift))
+        positions = given.anchor_rest.copy()
+        positions[top] = motion.apply(move, points)
+        assert np.allclose(given.solver_mesh.met(positions)[top], positions[top], atol=1e-9)
+        return positions[top]
+
+    assert np.allclose(met(nod), (points - middle) @ nod.T + middle, atol=1e-12)
+    turned = met(1.2 * rotation_about(unit(2), 40.1), (0.3, 0.0, 0.0))
+    assert np.allclose(turned, (points - middle) * 1.2 + middle, atol=1e-9)
+    nodded = met(aside @ nod @ aside.T)
+    assert 0.2 < np.arccos((nodded - middle)[0] @ (points - middle)[0] / np.sum((points - middle)[0] ** 2)) < 0.5
+    uneven = motion.affine(np.diag([1.0, 2.0, 0.0]))
+    assert given.move_in_planes(0, uneven) is uneven and given.move_in_planes(0, motion.IDENTITY) is motion.IDENTITY
 
 
 def test_what_is_not_moved_as_one_is_projected_point_by_point():

@@ -91,9 +91,9 @@ def positions(obj, bind_input, space, known=None):
     placed = bind_input.anchor_rest.copy()
     is_moved = np.zeros(len(placed), bool)  # those that `placed` has where they are to be seen, so far
     moves = []
-    for members, handle in _moving(obj, bind_input):
+    for number, members, handle in _moving(obj, bind_input):
         transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
-        move = control_places.move(obj, handle, transform)
+        move = bind_input.move_in_planes(number, control_places.move(obj, handle, transform))
         former = known.get(handle.name) if known is not None else None
         if former is not None and motion.same(former[0], move):
             placed[members] = former[1]
@@ -138,23 +138,23 @@ def held_back_notes(names):
 
 def follow_rig(obj, bind_input, space):
     """Puts the controls that go along with the rig to where it has their handles."""
-    for members, handle in _moving(obj, bind_input):
+    for _, members, handle in _moving(obj, bind_input):
         if handle.control is not None:
             transform = control_places.rig_transform(space, handle, bind_input.anchors[members])
             control_places.follow_rig(obj, handle, transform)
 
 
 def _moving(obj, bind_input):
-    """(k bool, handle) of the handles that take part and follow a control."""
+    """(number, k bool, handle) of the handles that take part and follow a control."""
     for number, handle in enumerate(enabled_handles(obj)):
         if handle.follows == 'CONTROL':
-            yield bind_input.handles == number, handle
+            yield number, bind_input.handles == number, handle
 
 
 def _in_key(obj, bind_input, space, is_moved, wanted):
     """Where the key has to have the anchors of the mask `is_moved` to be seen at `wanted`. @throws SceneError."""
     anchors = bind_input.anchors[is_moved]
-    for members, handle in _moving(obj, bind_input):
+    for _, members, handle in _moving(obj, bind_input):
         flat = int(space.is_flat[bind_input.anchors[members & is_moved]].sum())
         if flat:
             count = f"{wording.vertices(flat)} of handle '{handle.name}'"

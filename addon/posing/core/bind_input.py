@@ -139,6 +139,13 @@ class BindInput:
         hard = {number: self.anchors[self.hard_anchors & (self.handles == number)] for number in numbers}
         return joints.limits(self.limbs, self.rest, {-1: self.fixed, **hard})
 
+    def move_in_planes(self, number, move):
+        """Of a 4 x 4 `move` of a handle, by its number, what is the same on both sides of the planes that it lies
+        across; an uneven one as it is."""
+        own = self.anchors[self.handles == number]
+        planes = () if self.planes is None else self.planes[np.isin(self.twins[:, own], own).any(axis=1)]
+        return motion.in_planes(move, self.rest[own].mean(axis=0, dtype=np.float64), planes)
+
     @cached_property
     def joined_places(self):
         """How many places have vertices that are one to the solver."""
@@ -194,22 +201,19 @@ def spring_strengths(handles, handle_strengths, rigidity, vertex_count):
     for number, strength in enumerate(handle_strengths):
         members = handles == number
         if strength is not None and members.any():
-            total = max(rigidity or 0.0, LEAST_RIGIDITY) * WEAKEST * (STRONGEST / WEAKEST) ** strength
+            total = max(rigidity, LEAST_RIGIDITY) * WEAKEST * (STRONGEST / WEAKEST) ** strength
             result[members] = total / (vertex_count * np.count_nonzero(members))
     return result
 
 
-def border_strengths(weights, rigidity, vertex_count):
-    """b float64 from b region weights w between 0 and 1, both left out: free near 1, held to the rest shape near 0.
-    vertex_count: those that may move, n. With K of handles shared out over these, s = K (1 - w)/(w n^2)."""
-    return max(rigidity or 0.0, LEAST_RIGIDITY) * BORDER * (1.0 - weights) / (weights * float(vertex_count) ** 2)
-
-
 def soft_border(weights, anchors, rigidity):
-    """(border, border_strengths) as of BindInput from n region weights, 0 to 1; (None, None) if they are yes or no."""
+    """(border, border_strengths) as of BindInput from n region weights w, 0 to 1; (None, None) if they are yes or no.
+    Free near 1, held to the rest shape near 0: with K of handles shared out over the m that may move, of each
+    s = K (1 - w)/(w m^2)."""
     is_border = (weights > 0.0) & (weights < 1.0)
     is_border[anchors] = False
     border = np.flatnonzero(is_border).astype(np.int32)
     if len(border) == 0:
         return None, None
-    return border, border_strengths(weights[border], rigidity, np.count_nonzero(weights))
+    stiffness, count = max(rigidity, LEAST_RIGIDITY) * BORDER, float(np.count_nonzero(weights))
+    return border, stiffness * (1.0 - weights[border]) / (weights[border] * count**2)

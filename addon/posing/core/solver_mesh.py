@@ -6,20 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene.core import motion, point_sets, whole_mesh
+from ...scene.core import point_sets, whole_mesh
 from ...scene.core.point_sets import bounding_box_diagonal
 
 #: Of the mesh's size, and of how far the shape is from rest: shapes that are nearer to each other are one.
 SAME_SHAPE, SAME_MOVE = 1e-3, 0.1
-
-#: A handle is moved as one if no vertex is farther from where that has it than this share of the handle's size.
-AS_ONE = 1e-4
-
-#: What differs less from what is the same on all sides is left as it is, to the bit.
-THE_SAME = 1e-6
-
-#: Points are in one line, which leaves a turn open, if they are no farther from it than this share of their extent.
-IN_LINE = 1e-4
 
 
 class SolverMesh(whole_mesh.WholeMesh):
@@ -70,11 +61,6 @@ class SolverMesh(whole_mesh.WholeMesh):
         own, first = labels[self._claims], labels[self._claims[self._begins]]
         joined = np.stack([own, np.repeat(first, self._claim_counts)], axis=1)
         parts = point_sets.parts(joined, len(self._turns) * count)
-        self._across = []  # (anchors, images that are one with it) of each handle that a plane goes through
-        for handle in range(count):
-            one = np.flatnonzero(parts[handle::count] == parts[handle])
-            if len(one) > 1:
-                self._across.append((np.flatnonzero(self._of.handles == handle), one))
         labels = parts[labels]
         self.handles = np.unique(labels[leaders], return_inverse=True)[1].astype(np.int32)
         self.strengths = None
@@ -109,13 +95,8 @@ class SolverMesh(whole_mesh.WholeMesh):
         return positions if self.is_plain else self._of.anchor_rest + self._moves(positions)[..., self._places, :]
 
     def _moves(self, positions):
-        """... x K x 3: from rest, the mean of what all images and copies of the leading handle ask for. Handles that a
-        plane goes through ask for what is the same on both sides."""
-        rest = self._of.anchor_rest
-        asked = positions - rest
-        for anchors, own in self._across:
-            goals = agreed(rest[anchors], positions[..., anchors, :], self._turns[own], self._shifts[own])
-            asked[..., anchors, :] = goals - rest[anchors]
+        """... x K x 3: from rest, the mean of what all images and copies of the leading handle ask for."""
+        asked = positions - self._of.anchor_rest
         of_images = np.concatenate([whole_mesh.turned(asked, turn) for turn in self._turns], axis=-2)
         return np.add.reduceat(of_images[..., self._claims, :], self._begins, axis=-2) / self._claim_counts[:, None]
 
@@ -151,38 +132,3 @@ class SolverMesh(whole_mesh.WholeMesh):
                 if all(np.abs(image - each).max(initial=0.0) > near for each, _ in found):
                     found.append((image, number))
         return found
-
-
-def agreed(points, goals, turns, shifts):
-    """... x k x 3: where k x 3 `points` go instead of to ... x k x 3 `goals`.
-
-    turns h x 3 x 3, shifts h x 3: the reflections, and those after each other, that take the handle to itself; the
-    identity first. A motion that moves, turns and scales all as one keeps its scale, the nearest turn that commutes
-    with the reflections, and what moves the handle's middle along their planes: a head that is turned aside stays as
-    it is, and one that nods does. Other motions are returned as they are.
-    """
-    middle = points.mean(axis=0)
-    arms = points - middle
-    size = np.abs(arms).max(initial=0.0)
-    if np.linalg.matrix_rank(arms, tol=IN_LINE * size * np.sqrt(len(points))) < 2:
-        return goals
-    is_known = np.isfinite(goals).all(axis=(-1, -2), keepdims=True)
-    known = np.where(is_known, goals, points)
-    turn = motion.fit_rotations(arms, known)
-    goal_middle = known.mean(axis=-2, keepdims=True)
-    along_arms = (known - goal_middle) * (arms @ np.swapaxes(turn, -1, -2))
-    scale = along_arms.sum(axis=(-1, -2), keepdims=True) / (arms**2).sum()
-    fitted = goal_middle + scale * (arms @ np.swapaxes(turn, -1, -2))
-    centre = (turns @ middle + shifts).mean(axis=0)
-    moved = goal_middle + scale * ((centre - middle)[None] @ np.swapaxes(turn, -1, -2)) - centre
-    along = moved @ turns.mean(axis=0).T
-    mean_turn = np.einsum("hij,...jk,hlk->...il", turns, turn, turns) / len(turns)
-    nearest = motion.nearest_rotations(mean_turn)
-    result = centre + along + scale * ((points - centre) @ np.swapaxes(nearest, -1, -2))
-    is_as_one = _most(fitted - known) <= AS_ONE * size
-    is_changed = _most(result - known) > THE_SAME * size
-    return np.where(is_known & is_as_one & is_changed, result, goals)
-
-
-def _most(offsets):
-    return np.abs(offsets).max(axis=(-1, -2), keepdims=True)

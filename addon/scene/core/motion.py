@@ -30,6 +30,25 @@ def between(rest_relation, relation):
     return relation @ np.linalg.inv(rest_relation)
 
 
+#: A motion that turns, scales and moves all as one is even to this share.
+EVEN = 1e-4
+
+
+def in_planes(move, middle, planes):
+    """Of a 4 x 4 motion of what lies around `middle`, (3,), what is the same on both sides of p x 4 planes (unit normal
+    and distance, at right angles): its scale, the nearest turn that commutes with the reflections, and what moves the
+    middle along them: a head that is turned aside stays as it is, and one that nods does. An uneven one as it is."""
+    size = np.cbrt(np.linalg.det(move[:3, :3]))
+    is_even = size != 0.0 and np.abs(move[:3, :3] @ move[:3, :3].T - size**2 * np.eye(3)).max() <= EVEN * size**2
+    for normal, distance in ((plane[:3], plane[3]) for plane in planes if is_even and move is not IDENTITY):
+        flip = np.eye(3) - 2.0 * np.outer(normal, normal)
+        middle = middle - (normal @ middle - distance) * normal
+        goal = apply(move, middle)
+        turn = size * nearest_rotations((move[:3, :3] + flip @ move[:3, :3] @ flip) / size)
+        move = affine(turn, goal - (normal @ goal - distance) * normal - turn @ middle)
+    return move
+
+
 def apply(move, points):
     """n x 3 float64 `points`, moved. The identity keeps their bits."""
     if move is IDENTITY:
