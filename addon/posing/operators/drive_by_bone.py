@@ -19,7 +19,7 @@ from ...errors import SceneError, require_none
 from ...scene import actions, key_marks, rig_space, shape_keys, subject
 from ...widgets.base import MeshOperator
 from ..bridge import key_poses
-from ..bridge.key_poses import LEAST_TURN, POSES, follow_bones, is_driven, is_free, pose_of, store, turns_now
+from ..bridge.key_poses import LEAST_TURN, follow_bones, is_driven, is_free, pose_of, store, turns_now
 
 #: Squared distances: below the first two poses are one, and below the second, of 10 degrees, keys show at each other's.
 SAME, NEAR = 1e-5, 0.03
@@ -63,8 +63,6 @@ def drive(obj, more, without=()):
         pairs = [wording.quoted([["rest", *(key.name for key in group)][each] for each in pair]) for pair in near]
         notes += [f"{pair} are within 10 degrees, so that one shows at the other's pose" for pair in pairs]
     for key in (*more, *ours, *without):
-        if repr(key.slider_min) not in key.id_data.get(POSES, ()):
-            store(obj, key, pose_of(key))
         key.driver_remove("value")
     rest = [key for key in obj.data.shape_keys.key_blocks if is_driven(key)]  # for bones that are gone
     used = {actions.source_of(key)[1][2:].split(":")[0] for key in rest}
