@@ -104,8 +104,6 @@ class Hooks:
     followers: Sequence[Follows] = ()  # one that is derived from another takes its place
     shown_keys: Sequence[ShownKeys] = ()
     bakeables: Sequence[Bakeable] = ()
-    #: To (names of shape keys that were made of the rest shape, what to do about them once that is another, or "").
-    made_of_rest: Sequence[Callable] = ()
     painters: Sequence[Callable] = ()  # of (context, mesh object): what is drawn over it in 3D Views
     tops: Sequence[Callable] = ()  # of (layout, context, object), over the main panel; True: nothing is below
     menus: Sequence[type] = ()  # at the end of the add-on's menu in Blender's Object menu

@@ -13,7 +13,6 @@ ROOM = Room(
     menus=[panels.of_room("MEANVALUE_MT_mix", "Shape Mix", "Mix shape keys so that parts turn", operators)],
     followers=[mix_follower.MixFollower],
     bakeables=[mix_follower],
-    made_of_rest=[mixed_keys.made_of_rest],
     another_file=[mixed_keys.carry_over],
     objects_changed=[mixed_keys.carry_over],
 )

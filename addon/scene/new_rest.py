@@ -5,9 +5,8 @@ Deform Curves on Surface has it."""
 import bpy
 import numpy as np
 
-from .. import compat, wording
-from ..rooms import ALL
-from . import along, key_marks, mesh_arrays, shape_keys, subject
+from .. import compat, ids, wording
+from . import actions, along, key_marks, mesh_arrays, shape_keys, subject
 from .core import motion
 from .core.motion import unit
 from .surface import Surface
@@ -29,22 +28,20 @@ def _become(obj, shape):
     offset = shape - shape_keys.positions(reference)
     follow(obj, shape - offset, shape)
     apart = {reference, shape_keys.result(obj), *key_marks.replacing(obj)}
-    carried = []
-    for key in mesh.shape_keys.key_blocks:
-        if adds_to(key, reference, apart):
-            shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
-            carried.append(key.name)
+    carried = [key for key in mesh.shape_keys.key_blocks if adds_to(key, reference, apart)]
+    for key in carried:
+        shape_keys.write_positions(mesh, key, shape_keys.positions(key) + offset)
     shape_keys.write_positions(mesh, reference, shape)
     store, attribute = compat.position_store(mesh)
     store.foreach_set(attribute, shape.ravel())
     mesh.update()
-    made = [names_and_note(obj) for names_and_note in ALL.made_of_rest]
-    notes = [note for _names, note in made if note]
-    carried = [name for name in carried if all(name not in names for names, _note in made)]
-    if carried:
-        keys = wording.counted(len(carried), "shape key")
-        notes.append(f"{keys} carried along by what they add, and may look different: {wording.quoted(carried)}")
-    return notes
+    driven = [(key, actions.driver_of(key)) for key in carried]
+    mixed = {key.name for key, curve in driven if curve and ids.MIX_MARK in curve.driver.variables}
+    names = [key.name for key in carried if key.name not in mixed.union(shape_keys.made_names(obj))]
+    keys = wording.counted(len(names), "shape key")
+    notes = ["In-between keys belong to the rest shape as it was. Press Bake Mix to make them anew"] if mixed else []
+    told = f"{keys} carried along by what they add, and may look different: {wording.quoted(names)}"
+    return [*notes, told] if names else notes
 
 
 def adds_to(key, reference, apart):

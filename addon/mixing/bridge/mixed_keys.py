@@ -47,14 +47,6 @@ def in_between_names(obj):
     return [key.name for key in keys.key_blocks if key.path_from_id("value") in paths] if paths else []
 
 
-def made_of_rest(obj):
-    """(names of the keys that hold the mix of this rest shape, what to do once the rest shape is another)."""
-    made = in_between_names(obj)
-    keys = wording.counted(len(made), "in-between key")
-    note = f"{keys} of Bake Mix belong to the rest shape as it was. Press Bake Mix to make them anew" if made else ""
-    return [*mix_names(obj), *made], note
-
-
 def problem(obj):
     """Why the keys cannot be mixed, or None. Cheap enough for drawing."""
     keys = obj.data.shape_keys
