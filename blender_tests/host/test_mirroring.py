@@ -34,7 +34,7 @@ def bind_input(vertices, triangles, groups, planes=None, joined=None, soft=None,
     pieces = np.array([next(n for n, group in enumerate(groups) if each in group) for each in anchors], np.int32)
     roi = np.ones(len(vertices), bool) if roi is None else roi
     border, border_strengths = (None, None) if freedom is None else soft_border(freedom, anchors, 10.0)
-    strengths = spring_strengths(pieces, soft or [None] * len(groups), 10.0, int(roi.sum()))
+    strengths = spring_strengths(pieces, soft or [None] * len(groups), 10.0)
     of_border = {"border": border, "border_strengths": border_strengths}
     options = {"roi": roi, "rigidity": 10.0, "strengths": strengths, "planes": planes, "twins": joined, **of_border}
     return bind_input_of(vertices, triangles, anchors, pieces, **options)
@@ -216,7 +216,7 @@ def test_a_soft_border_is_that_of_the_body():
     assert len(own) and len(whole.border) == len(whole_body.border)
     places = {
         tuple(np.round(vertices[v], 4) + 0.0): s
-        for v, s in zip(whole_body.border, whole_body.border_strengths, strict=True)
+        for v, s in zip(whole_body.border, whole_body.solver_mesh.border_strengths, strict=True)
     }
     expected = [places[tuple(np.round(whole.rest[v], 4) + 0.0)] for v in whole.border]
     assert np.allclose(whole.border_strengths, expected)

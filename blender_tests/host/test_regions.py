@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support import rings
 
-from addon.posing.core.bind_input import soft_border
+from addon.posing.core.bind_input import BindInput, soft_border, spring_strengths
 
 NO_FACES = np.empty((0, 3), np.int32)
 
@@ -163,6 +163,25 @@ def test_ways_over_damaged_meshes_are_refused_or_end():
             meanvalue.SurfaceWays(points, edges, triangles).distances(seeds, 1.0)
 
 
+def test_springs_are_shared_out_among_what_may_move_in_one_piece():
+    """What may move elsewhere does not matter: a press on another limb would move what is posed."""
+
+    def springs(rows, *free):
+        points, number = np.indices((rows, 40)).reshape(2, -1).T, np.arange(40 * rows).reshape(rows, 40)
+        quads = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], -1).reshape(-1, 4)
+        weights = np.isin(points[:, 1], [column for columns in free for column in columns]) * 0.5
+        faces = quads.ravel().astype(np.int32), np.arange(0, quads.size, 4, dtype=np.int32)
+        anchors, held = np.array([5], np.int32), np.zeros(1, np.int32)
+        soft = {"strengths": spring_strengths(held, [0.5], 15.0)}
+        soft["border"], soft["border_strengths"] = soft_border(weights, anchors, 15.0)
+        whole = BindInput(np.float32(points), *faces, anchors, weights > 0.0, "fast", held, 15.0, **soft).solver_mesh
+        return whole.strengths[0], whole.border_strengths[0]
+
+    alone = springs(4, range(10))
+    assert springs(4, range(10), range(12, 40)) == alone
+    assert np.allclose(springs(8, range(10)), np.array(alone) / (2.0, 4.0))
+
+
 def disk(rows, strength=None):
     """(Deformer, targets at rest, handle's rows of them) of a flat grid whose middle is a handle, free within 0.8.
 
@@ -177,6 +196,7 @@ def disk(rows, strength=None):
     weights = meanvalue.SurfaceWays(points, edges, NO_FACES).falloff([rows * rows // 2], 0.8, 0.125)
     handle = np.flatnonzero(away <= 0.1)
     border, held = soft_border(weights, handle, 15.0) if strength else (np.empty(0, np.int32), np.empty(0))
+    held = held / np.count_nonzero(weights) ** 2
     anchors = np.concatenate([handle, border]).astype(np.int32)
     deformer = meanvalue.Deformer(
         points,

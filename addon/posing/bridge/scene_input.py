@@ -96,7 +96,7 @@ def read(obj, to_bind=True):
         handles=handle_numbers,
         rigidity=rigidity,
         **({} if rigidity is None else limbs.read(obj, rest, *faces)),
-        strengths=spring_strengths(handle_numbers, soft, rigidity, int(roi.sum())),
+        strengths=spring_strengths(handle_numbers, soft, rigidity),
         planes=planes,
         twins=twins,
         border=border,

@@ -51,9 +51,10 @@ class BindInput:
     kept_poses: KeyShapes | None = None  # that this is of
     bends: str = ""  # in words, where it bends by that
     limbs: joints.Limbs | None = None  # between whose joints
-    strengths: np.ndarray | None = None  # k float64, stiffness of the springs of soft anchors, infinite for hard ones
+    #: k float64: of the springs of soft anchors, if only one vertex of their part may move; infinite for hard ones.
+    strengths: np.ndarray | None = None
     border: np.ndarray | None = None  # b vertices, int32, ascending, no anchors: free in part, where the region is soft
-    border_strengths: np.ndarray | None = None  # b float64, of the springs that hold them to the rest shape
+    border_strengths: np.ndarray | None = None  # b float64, likewise, of those that hold them to the rest shape
     #: p x 4 float64, unit normal and distance of each plane that mirrors the mesh; at right angles to each other.
     planes: np.ndarray | None = None
     #: p x n int32: the vertex that each vertex' image in a plane is joined to, itself in the plane; -1 where the image
@@ -189,11 +190,11 @@ def anchor_layout(members):
     return anchors, numbers[first].astype(np.int32)
 
 
-def spring_strengths(handles, handle_strengths, rigidity, vertex_count):
+def spring_strengths(handles, handle_strengths, rigidity):
     """k float64 for k anchors with handle numbers `handles`; None if no handle is soft.
 
     handle_strengths: of each handle 0 to 1, None if it is hard: its spring is shared out among its vertices, so that a
-    finer mesh makes it no stiffer. vertex_count: those that may move.
+    finer mesh makes it no stiffer.
     """
     if all(strength is None for strength in handle_strengths):
         return None
@@ -202,18 +203,16 @@ def spring_strengths(handles, handle_strengths, rigidity, vertex_count):
         members = handles == number
         if strength is not None and members.any():
             total = max(rigidity, LEAST_RIGIDITY) * WEAKEST * (STRONGEST / WEAKEST) ** strength
-            result[members] = total / (vertex_count * np.count_nonzero(members))
+            result[members] = total / np.count_nonzero(members)
     return result
 
 
 def soft_border(weights, anchors, rigidity):
     """(border, border_strengths) as of BindInput from n region weights w, 0 to 1; (None, None) if they are yes or no.
-    Free near 1, held to the rest shape near 0: with K of handles shared out over the m that may move, of each
-    s = K (1 - w)/(w m^2)."""
+    Those between are free near 1 and held to the rest shape near 0: s = K (1 - w)/w."""
     is_border = (weights > 0.0) & (weights < 1.0)
     is_border[anchors] = False
     border = np.flatnonzero(is_border).astype(np.int32)
     if len(border) == 0:
         return None, None
-    stiffness, count = max(rigidity, LEAST_RIGIDITY) * BORDER, float(np.count_nonzero(weights))
-    return border, stiffness * (1.0 - weights[border]) / (weights[border] * count**2)
+    return border, max(rigidity, LEAST_RIGIDITY) * BORDER * (1.0 - weights[border]) / weights[border]

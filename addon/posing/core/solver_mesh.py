@@ -32,14 +32,30 @@ class SolverMesh(whole_mesh.WholeMesh):
         if self.is_plain:
             for name in ("roi", "anchors", "handles", "stiffness", "strengths", "border", "border_strengths"):
                 setattr(self, name, getattr(bind_input, name))
+            self._share_out()
             return
         self.roi = (np.bincount(self._merged, ~bind_input.roi) == 0)[self._source]
         self.stiffness, images = bind_input.stiffness, self._images.ravel()
         if self.stiffness is not None:  # the mean of all that a vertex is the image of
             self.stiffness = np.bincount(images, np.tile(self.stiffness, len(self._images))) / np.bincount(images)
-        self._share = bind_input.roi.sum() / max(1, self.roi.sum())  # springs are for a count of what may move
         self._read_anchors()
         self._read_border()
+        self._share_out()
+
+    def _share_out(self):
+        """Springs are the weaker the more vertices may move that hang together with them: of a handle by their count,
+        and of a soft border, as in bind_input.py, by its square. So what moves elsewhere does not matter."""
+        if self.strengths is None and self.border is None:
+            return
+        corners, starts = self._of.face_corners, self._of.face_starts
+        ends = [self._images[:, each].ravel() for each in (corners, whole_mesh.edge_ends(corners, starts))]
+        edges = np.stack(ends, axis=1)[self.roi[ends[0]] & self.roi[ends[1]]].astype(np.int32)
+        parts = point_sets.parts(edges, len(self.roi))
+        counts = np.bincount(parts, self.roi)[parts]
+        if self.strengths is not None:
+            self.strengths = self.strengths / np.maximum(counts[self.anchors], 1.0)
+        if self.border is not None:
+            self.border_strengths = self.border_strengths / counts[self.border] ** 2
 
     def _read_anchors(self):
         """_claims: which of C x k images of anchors have a say, by vertices; _begins: where those of each begin."""
@@ -66,10 +82,9 @@ class SolverMesh(whole_mesh.WholeMesh):
         self.strengths = None
         if of.strengths is not None:  # a handle's spring is shared out among the vertices that it has
             scale = np.bincount(of.handles)[owners[leaders]] / np.bincount(self.handles)[self.handles]
-            self.strengths = np.tile(of.strengths, len(images))[leaders] * scale * self._share
+            self.strengths = np.tile(of.strengths, len(images))[leaders] * scale
 
     def _read_border(self):
-        """Springs of a soft border fall with the square of what is free, as in bind_input.py."""
         of, self.border, self.border_strengths = self._of, None, None
         if of.border is None:
             return
@@ -78,7 +93,7 @@ class SolverMesh(whole_mesh.WholeMesh):
         is_own = self.roi[border] & ~np.isin(border, self.anchors)  # a handle may hold a copy or the other side of it
         strengths = np.broadcast_to(of.border_strengths, images.shape).ravel()[first]
         self.border = border[is_own].astype(np.int32)
-        self.border_strengths = strengths[is_own] * self._share**2
+        self.border_strengths = strengths[is_own]
 
     @cached_property
     def held_rest(self):
