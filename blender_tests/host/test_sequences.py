@@ -123,22 +123,6 @@ def test_a_callback_may_cancel_or_raise(clip):
         deformer.solve_sequence(targets, execution=execution, on_frame=lambda *_: execution.cancel())
 
 
-def test_a_sequence_leaves_other_drags_alone(clip):
-    _, _, deformer, targets, _ = clip
-
-    def drag(between):
-        shapes = []
-        with deformer.drag() as one:
-            for frame in range(12):
-                if frame == 6:
-                    between()
-                shapes.append(one.solve(targets[frame]).vertices)
-        return np.array(shapes)
-
-    undisturbed = drag(lambda: None)
-    np.testing.assert_array_equal(drag(lambda: deformer.solve_sequence(targets, chunk=3, overlap=1)), undisturbed)
-
-
 def roughest(paths):
     """The largest second difference of any of f x n x 3."""
     return np.linalg.norm(np.diff(np.asarray(paths, np.float64), 2, axis=0), axis=2).max()

@@ -11,7 +11,7 @@ from support.handles import TOP, is_at_rest, move, rest, shown, update
 from support.sheets import COLUMNS, MIDDLE, grab, region_weights, sheet
 
 
-def test_a_handle_of_selected_vertices():
+def test_a_handle_of_selected_vertices_and_what_was_made_for_it_goes_with_it():
     obj = meshes.tube(17, 8)
     steps.select_in_edit_mode(obj, TOP)
     assert bpy.ops.meanvalue.add_handle(name="Head") == {'FINISHED'}
@@ -24,6 +24,9 @@ def test_a_handle_of_selected_vertices():
     assert control.parent == obj and control.show_in_front
     assert np.allclose(control.matrix_world.translation, np.array([obj.data.vertices[i].co for i in TOP]).mean(axis=0))
     assert 0.5 < control.empty_display_size < 2.0  # the tube's radius is 1
+    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
+    assert [each.name for each in bpy.data.objects] == ["Tube"] and len(obj.meanvalue.handles) == 0
+    assert bpy.context.object == obj
 
 
 def test_a_control_stands_where_a_moved_and_turned_object_shows_the_part():
@@ -82,16 +85,6 @@ def test_what_cannot_be_a_handle_is_refused(pin):
     with steps.refused("No vertices are selected"):
         call()
     assert obj.mode == 'EDIT'
-
-
-def test_removing_a_handle_takes_what_was_made_for_it():
-    obj = meshes.tube(17, 8)
-    steps.select_in_edit_mode(obj, TOP)
-    bpy.ops.meanvalue.add_handle(name="Head")
-    assert bpy.ops.meanvalue.remove_handle() == {'FINISHED'}
-    assert [each.name for each in bpy.data.objects] == ["Tube"]
-    assert len(obj.vertex_groups) == 0 and len(obj.meanvalue.handles) == 0
-    assert bpy.context.object == obj
 
 
 @pytest.mark.parametrize("order", [("name", "made_group"), ("made_group", "name")])

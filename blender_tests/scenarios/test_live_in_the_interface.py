@@ -200,22 +200,6 @@ def test_a_mesh_is_posed_while_it_is_bound(timers, bound_slowly):
     assert np.abs(shown(obj)[TOP, 0] - rest(obj)[TOP, 0] - 0.6).max() < 1e-6
 
 
-def test_the_answer_does_not_depend_on_what_was_shown_while_it_was_bound(timers, bound_slowly):
-    obj, control, gate = bound_slowly
-    move(control, (0.6, 0.0, 0.0))
-    step_on(timers)
-    gate.finished = True
-    timers.run(1.0)
-    assert is_settled(obj)
-    other, its_control = handles.tube("Other", live=False)
-    move(its_control, (0.6, 0.0, 0.0))
-    other.meanvalue.live = True  # it is bound as the first
-    update()
-    timers.run(1.0)
-    assert is_settled(other)
-    assert np.array_equal(shown(obj), shown(other))
-
-
 def test_what_was_shown_while_it_was_bound_gives_way(timers, part, bound_slowly, monkeypatch):
     obj, control, gate = bound_slowly
     move(control, (0.2, 0.0, 0.0))
@@ -313,23 +297,6 @@ def test_an_edit_of_the_pose_is_kept_where_the_mesh_is_posed_before_it_is_bound(
     step_on(timers)
     assert np.abs(shown(obj) - edited).max() > 0.1
     assert np.array_equal(steps.key_positions(obj, "Mean-Value Edit"), edited)
-
-
-def test_large_meshes_alone_are_posed_while_they_are_bound(timers, part, monkeypatch):
-    session, module, asked = part("solver.session"), part("solver.native_loader").module(), []
-    start_bind = module.start_bind
-
-    def noting(*arguments, early, **options):
-        asked.append(early)
-        return start_bind(*arguments, early=early, **options)
-
-    monkeypatch.setattr(module, "start_bind", noting)
-    for least in (session.EARLY_VERTICES, 1):
-        monkeypatch.setattr(session, "EARLY_VERTICES", least)
-        session.cache.clear()
-        handles.tube()
-        timers.run(0.1)
-    assert asked == [False, True]
 
 
 def test_without_live_no_timer_runs(timers):

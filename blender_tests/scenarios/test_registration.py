@@ -65,13 +65,6 @@ def test_off_and_on_again_leaves_one_of_everything(part):
         assert menu_entries() == ["meanvalue_draw_object_menu", "meanvalue_draw_edit_mesh_menu"]
 
 
-def test_shortcuts_are_those_that_are_told(part):
-    if bpy.context.window_manager.keyconfigs.addon is None:
-        pytest.skip("this Blender has no shortcuts of add-ons in the background")
-    known = part("posing.ui.menus").SHORTCUTS
-    assert sorted(shortcuts()) == sorted((keymap, operator) for keymap, operator, *_ in known)
-
-
 #: Keymaps that get a key before, or in place of, the keymap of a mode.
 ABOVE = ("Window", "Screen", "Screen Editing", "Region Context Menu", "View2D Buttons List", "User Interface")
 BELOW = ("Object Non-modal", "3D View", "3D View Generic", "Frames")
@@ -120,14 +113,6 @@ def test_a_room_fails_at_once_for_a_wrong_name_and_where_it_lacks_what_a_contrac
     for lacking in ({"followers": [unfinished]}, {"bakeables": [part("scene.baked")]}, {"shown_keys": [part("ids")]}):
         with pytest.raises(TypeError, match="contract"):
             make(page="grab", modules=(), **lacking)
-
-
-def test_settings_are_still_there_after_off_and_on():
-    obj = steps.posed_grid(meshes.grid())
-    installed.disable()
-    installed.enable()
-    assert obj.meanvalue.bound.is_bound
-    steps.solve()
 
 
 def test_every_operator_has_a_tooltip_a_page_and_an_undo_step():

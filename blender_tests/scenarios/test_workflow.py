@@ -139,24 +139,6 @@ def test_saved_and_reopened_it_is_still_bound_and_gives_the_same(tmp_path):
     assert np.array_equal(steps.key_positions(obj, "Mean-Value"), before)
 
 
-# -- what was bound before is used again -------------------------------------------------------------------------------
-
-
-def test_a_handle_more_gives_what_a_fresh_session_gives(part):
-    tube = meshes.tube(rings=30, segments=12)
-    steps.list_anchors(tube, Low=range(12), High=range(348, 360))
-    assert bpy.ops.meanvalue.bind() == {'FINISHED'}
-    steps.add_pose_key(tube)
-    pose = tube.active_shape_key.name
-    steps.list_anchors(tube, Middle=[180])
-    steps.move(tube, [180], (0.3, 0.1, 0.0), tube.data.shape_keys.key_blocks[pose])
-    steps.solve()
-    again = steps.key_positions(tube, tube.meanvalue.result_key)
-    part("solver.session").cache.clear()
-    steps.solve()
-    assert np.array_equal(again, steps.key_positions(tube, tube.meanvalue.result_key))
-
-
 # -- a region of influence: only its vertices may move -----------------------------------------------------------------
 
 

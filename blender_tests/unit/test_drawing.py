@@ -164,14 +164,3 @@ def test_drawing_changes_nothing(draw):
     before = snapshot(obj)
     draw(obj, is_all_open=True)
     assert_same(before, snapshot(obj))
-
-
-@pytest.mark.parametrize("width", [50, 200, 1000])
-def test_long_texts_are_broken_to_the_width(part, width):
-    layout = ListeningLayout()
-    context = context_of(None)
-    context.region.width = width
-    part("widgets.panels").draw_wrapped(layout, context, "word " * 60, icon='ERROR')
-    lines = [line for line in layout.told if line.startswith("label")]
-    assert layout.labels.split() == ["word"] * 60
-    assert max(len(line) for line in lines) <= max(width // 7, 16) + len("label ")

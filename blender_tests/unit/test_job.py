@@ -29,45 +29,6 @@ def test_no_thread_of_pythons_runs_while_the_solver_works(part, job):
     assert prepared.binding is not None
 
 
-def test_it_goes_on_when_it_is_looked_at(job):
-    done = []
-
-    def work(_execution):
-        yield tasks.Until(lambda: "first" in done)
-        done.append("between")
-        yield tasks.Until(lambda: "second" in done)
-        return "result"
-
-    running = job.Job(work)
-    assert not running.is_finished
-    done.append("first")
-    assert not running.is_finished and done == ["first", "between"]
-    assert running.wait(0.01) is False
-    done.append("second")
-    assert running.wait() and running.result() == "result"
-
-
-def test_work_without_steps_is_finished_at_once(job):
-    def work(_execution):
-        return 3
-        yield
-
-    assert job.Job(work).is_finished and job.Job(work).result() == 3
-
-
-@pytest.mark.parametrize("steps_before", [0, 1])
-def test_errors_come_with_the_result(job, steps_before):
-    def work(_execution):
-        for _ in range(steps_before):
-            yield tasks.Until(lambda: True)
-        raise ValueError("out of order")
-
-    running = job.Job(work)
-    assert running.is_finished
-    with pytest.raises(ValueError, match="out of order"):
-        running.result()
-
-
 def test_cancel_ends_it_soon(part, job):
     obj, _control = handles.tube(live=False)
     prepared = part("posing.bridge.scene_input").Posing(obj, is_checked=False)

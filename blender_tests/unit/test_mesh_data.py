@@ -17,21 +17,6 @@ def gather(part):
     return part("posing.bridge.scene_input").gather
 
 
-def test_faces_keep_their_corners_and_sizes(arrays):
-    mesh = meshes.tube().data
-    corners, starts = arrays.faces(mesh)
-    assert corners.dtype == starts.dtype == np.int32
-    ends = [*starts[1:], len(corners)]
-    faces = [tuple(corners[start:end]) for start, end in zip(starts, ends, strict=True)]
-    assert faces == [tuple(polygon.vertices) for polygon in mesh.polygons]
-
-
-def test_nothing_to_read(arrays):
-    mesh = bpy.data.meshes.new("Nothing")
-    assert arrays.vertex_positions(mesh).shape == (0, 3)
-    assert [len(array) for array in arrays.faces(mesh)] == [0, 0]
-
-
 def blender_triangles(mesh):
     mesh.calc_loop_triangles()
     return [tuple(triangle.vertices) for triangle in mesh.loop_triangles]
@@ -90,49 +75,12 @@ def test_triangles_are_those_of_the_rest_shape(arrays, gather):
     assert bpy.data.meshes.keys() == meshes_before, "the temporary mesh stays behind"
 
 
-# -- vertex groups -----------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def members(part):
-    return part("scene.vertex_groups").members
-
-
-def test_several_groups_in_one_pass(members):
-    obj = meshes.grid()
-    assert members(obj, ["A"]) == {}
-    steps.add_group(obj, "A", [3, 1])
-    steps.add_group(obj, "Not asked for", [2])
-    steps.add_group(obj, "B", [1, 24])
-    steps.add_group(obj, "Empty", [])
-    found = members(obj, {"A", "B", "Empty", "Gone"})
-    assert {name: indices.tolist() for name, indices in found.items()} == {"A": [1, 3], "B": [1, 24], "Empty": []}
-    assert found["A"].dtype == np.int32
-
-
-def test_weights(members):
-    obj = meshes.grid()
-    steps.add_group(obj, "A", [1], 1.0)
-    obj.vertex_groups["A"].add([2], 1e-6, 'REPLACE')
-    obj.vertex_groups["A"].add([3], 0.0, 'REPLACE')
-    assert members(obj, ["A"])["A"].tolist() == [1, 2]
-
-
 # -- shape keys --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
 def shape_keys(part):
     return part("scene.shape_keys")
-
-
-def test_rest_is_the_mesh_without_keys_and_the_basis_with(shape_keys):
-    obj = meshes.grid()
-    own = shape_keys.rest_positions(obj.data)
-    assert own.tolist() == [list(vertex.co) for vertex in obj.data.vertices]
-    obj.shape_key_add(name="Basis")
-    obj.data.vertices[3].co.z = 5.0
-    assert np.array_equal(shape_keys.rest_positions(obj.data), own)
 
 
 def test_the_basis_may_have_any_name_and_place(shape_keys):
@@ -222,13 +170,3 @@ def test_nothing_to_drive_is_told(obj, key_shapes, part):
     obj.data.shape_keys.use_relative = False
     with pytest.raises(error, match="absolute"):
         key_shapes.gather(obj)
-
-
-def test_values_are_keyed_on_the_current_frame(obj, key_shapes, part):
-    add_key(obj, "Free", 1)
-    key_shapes.set_values(obj, ["Free"], [0.5])
-    obj.meanvalue.drive = 'SHAPE_KEYS'
-    assert part("sliders.bridge.driven_keys").keyframe(obj) == (1, "shape key")
-    path = 'key_blocks["Free"].value'
-    frames, values = part("scene.actions").read_keys(obj.data.shape_keys, path)
-    assert (frames.tolist(), values.tolist()) == ([1.0], [0.5])

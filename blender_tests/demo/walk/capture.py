@@ -17,17 +17,14 @@ class Carried:
     """A mesh that was moved through f frames.
 
     shapes (f, n, 3) float32 as Blender plays them; anchors (m,) vertices; targets (f, m, 3) where they were to go, NaN
-    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; captured (f, m, 3) as
-    the file has them, in their own space and size; matched (m,) metres from marker to surface in the reference;
-    seconds {stage: seconds}; all else in world space.
+    where they were free; balls (f, m, 3) where the markers are, NaN where they were not seen; matched (m,) metres from
+    marker to surface in the reference; seconds {stage: seconds}; all in world space.
     """
 
-    names: list
     shapes: np.ndarray
     anchors: np.ndarray
     targets: np.ndarray
     balls: np.ndarray
-    captured: np.ndarray
     matched: np.ndarray
     seconds: dict
 
@@ -90,8 +87,7 @@ def play(obj, seconds):
     balls = targets if capture.mode == "RETARGET" else captured @ alignment[:3, :3].T + alignment[:3, 3]
     anchors = np.array([pair.vertex for pair in pairs])
     matched = np.array([pair.distance for pair in pairs])
-    names = [pair.name for pair in pairs]
-    return Carried(names, np.stack(shapes), anchors, targets, balls, captured, matched, seconds)
+    return Carried(np.stack(shapes), anchors, targets, balls, matched, seconds)
 
 
 def place(empty):

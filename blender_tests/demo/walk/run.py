@@ -4,10 +4,7 @@
 import time
 
 from .. import pictures, report, row
-from . import capture, gait, measures, strip, subjects
-
-EVERY = 5  # samples from one frame of the close look to the next
-PER_ROW = 12
+from . import capture, measures, strip, subjects
 
 ABOUT = (
     "motion capture",
@@ -37,25 +34,20 @@ def one(make, words, empty_scene):
     seconds = {"model": modelled - begin, **carried.seconds}
     print(f"{subject.title}: rendering ...", flush=True)
     begin = time.perf_counter()
-    files = draw(subject, carried, words, empty_scene)
+    path = draw(subject, carried, words, empty_scene)
     seconds["render"] = time.perf_counter() - begin
-    rows = [*measures.rows(subject, carried), *gait.rows(subject, carried)]
+    rows = measures.rows(subject, carried)
     rows.append(("seconds", ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items())))
-    rows.append(("files", ", ".join([*files, f"{subject.stem}.blend"])))
+    rows.append(("files", f"{path.name}, {subject.stem}.blend"))
     return report.block(subject.title, rows)
 
 
 def draw(subject, carried, words, empty_scene):
-    """The strip from the side and from the front, and a close look at every few frames; names of the files."""
-    views = []
+    """The strip from the side and from the front; its file."""
+    views, path = [], words.output / f"{subject.stem}_strip.png"
     for azimuth in (strip.SIDE, strip.FRONT):
         empty_scene()
-        path = words.output / f"{subject.stem}_strip.png"
         strip.draw(path, subject, carried, subject.shown, azimuth, words.engine, words.samples)
         views.append(pictures.read_png(path))
     row.on_top(path, *views)
-    empty_scene()
-    close = words.output / f"{subject.stem}_frames.png"
-    every = range(0, len(carried.shapes), EVERY)
-    strip.draw(close, subject, carried, list(every), strip.SIDE + 40.0, "BLENDER_WORKBENCH", 1, PER_ROW)
-    return [path.name, close.name]
+    return path

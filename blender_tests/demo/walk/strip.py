@@ -12,19 +12,16 @@ SIDE, FRONT = -90.0, 0.0  # azimuth of the camera from where the figure goes; se
 FACE_TO_FACE = 0.05  # left free between two figures, over the height
 
 
-def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples, per_row=None):
-    """Renders the frames `samples` as one PNG, in an empty scene; rows of `per_row`, else all in one."""
+def draw(path, subject, carried, samples, azimuth_deg, engine, cycles_samples):
+    """Renders the frames `samples` as one PNG, in an empty scene."""
     azimuth_deg += heading_deg(subject, carried)
     right = stage.camera_axes(azimuth_deg, 0.0)[0]
     shapes, balls, boxes = in_place(subject, carried, samples)
     pitch = FACE_TO_FACE * subject.height + (
         np.ptp(np.concatenate([*shapes, *boxes]) @ right) if boxes else max(np.ptp(shape @ right) for shape in shapes)
     )
-    per_row = per_row or len(samples)
-    drop = 1.12 * subject.height
     for number, (shape, ball) in enumerate(zip(shapes, balls, strict=True)):
-        line, column = divmod(number, per_row)
-        away = column * pitch * right - np.array([0.0, 0.0, line * drop])
+        away = number * pitch * right
         shape += away
         ball += away
         if boxes:
