@@ -2,6 +2,7 @@
 """What of a mesh goes to the solver: the whole of it (scene/core/whole_mesh.py), with targets for images of anchors.
 Copies of a vertex stay together where the region has all of them or none, which welding.spread() sees to."""
 
+import itertools
 from functools import cached_property
 
 import numpy as np
@@ -123,27 +124,15 @@ class SolverMesh(whole_mesh.WholeMesh):
         return np.add.reduceat(weights[..., claims], self._begins, axis=-1) / self._claim_counts
 
     def examples(self, shapes):
-        """[(N x 3 float64, number of the shape)] of n x 3 shapes.
-
-        One that is the same on both sides is made so to the last bit. Of the others, where planes repeat the mesh, the
-        images count too, unless a shape is like them: what a left arm shows holds for the right one.
-        """
-        if self.is_plain:
-            return [(shape, number) for number, shape in enumerate(shapes)]
+        """[(N x 3 float64, number of the shape)] of n x 3 shapes. Where planes repeat the mesh, their images are behind
+        them, unless a shape is like these: what a left arm shows holds for the right one."""
+        numbered = list(enumerate(shapes))
+        if self.is_plain or any(is_double for _, is_double in self._counts_before):
+            return [(self.start(shape), number) for number, shape in numbered]
+        found = [(self._moved(shape, [0]), number) for number, shape in numbered]
         most = SAME_SHAPE * bounding_box_diagonal(self.rest)
-        is_repeated = not any(is_double for _, is_double in self._counts_before)
-        found, one_sided = [], []
-        for number, shape in enumerate(shapes):
-            on_both_sides = self.start(shape)
-            own = self._moved(shape, [0]) if is_repeated else on_both_sides
-            near = min(most, SAME_MOVE * np.abs(shape - self._of.rest).max(initial=0.0))
-            is_symmetric = np.abs(own - on_both_sides).max(initial=0.0) <= near
-            found.append((on_both_sides if is_symmetric else own, number))
-            if not is_symmetric:
-                one_sided.append((shape, number, near))
-        for shape, number, near in one_sided:
-            for element in range(1, len(self._turns)):
-                image = self._moved(shape, [element])
-                if all(np.abs(image - each).max(initial=0.0) > near for each, _ in found):
-                    found.append((image, number))
+        for (number, shape), element in itertools.product(numbered, range(1, len(self._turns))):
+            image, near = self._moved(shape, [element]), min(most, SAME_MOVE * np.abs(shape - self._of.rest).max())
+            if all(np.abs(image - each).max() > near for each, _ in found):
+                found.append((image, number))
         return found
