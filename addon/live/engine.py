@@ -18,8 +18,7 @@ WAIT_SECONDS = 0.5
 #: What the panel says beforehand of what is animated, and with what else to mind.
 WHILE_ANIMATED = "Renders and exports show one pose. Bake first{}"
 
-_first_rendered = {}  # identity of an object: the first frame that was rendered
-_told = set()  # identities of objects
+_first_rendered = {}  # identity of an object: the first frame that was rendered, None once it was told of
 untold = []  # notes on renders that no popup has shown
 
 _said = []  # what the panels showed last
@@ -41,21 +40,15 @@ def scene_updated(depsgraph, is_frame=False):
 
 
 def rendered_frame(depsgraph):
-    """On the thread that renders: only looks, and leaves all else to the main thread."""
+    """On the thread that renders: only looks, and leaves all else to the main thread. What is animated shows one pose
+    there, since nothing follows. It is told by the console at once, and by a popup as soon as Blender calls a timer."""
+    frame = depsgraph.scene.frame_current
     for key, obj, follower in roll.known() if _is_rendering else ():
-        look_at_rendered(key, obj, follower, depsgraph.scene.frame_current)
-
-
-def look_at_rendered(key, obj, follower, frame):
-    """What is animated shows one pose there, since nothing follows. It is told by the console at once, and by a popup
-    as soon as Blender calls a timer."""
-    is_first = _first_rendered.setdefault(key, frame) == frame
-    if is_first or key in _told or obj.meanvalue.baked.target or not follower.is_animated(obj):
-        return
-    _told.add(key)
-    tell_of_render(
-        f"The {follower.FOLLOWS} of '{obj.name}' are animated, but renders show one pose. Bake, and render again"
-    )
+        is_told = _first_rendered.setdefault(key, frame) in {frame, None}
+        if not is_told and not obj.meanvalue.baked.target and follower.is_animated(obj):
+            _first_rendered[key] = None
+            what = f"The {follower.FOLLOWS} of '{obj.name}' are animated, but renders show one pose"
+            tell_of_render(f"{what}. Bake, and render again")
 
 
 def tell_of_render(note):
@@ -64,8 +57,8 @@ def tell_of_render(note):
 
 
 def forget_renders():
-    for known in (_first_rendered, _told, untold):
-        known.clear()
+    _first_rendered.clear()
+    untold.clear()
 
 
 def _is_captured():

@@ -49,7 +49,7 @@ def test_a_result_that_shows_in_part_or_on_another_key_is_told(status, name, is_
 def asked(part, monkeypatch):
     """What Blender is asked for while a frame is looked at, which it must not be on the thread that renders."""
     names, engine = [], part("live.engine")
-    look = engine.look_at_rendered
+    look = engine.rendered_frame
 
     class Nobody:
         def __getattr__(self, name):
@@ -61,7 +61,7 @@ def asked(part, monkeypatch):
             patched.setattr(bpy.types.Object, "users_scene", property(lambda _obj: names.append("users_scene")))
             look(*arguments)
 
-    monkeypatch.setattr(engine, "look_at_rendered", look_alone)
+    monkeypatch.setattr(engine, "rendered_frame", look_alone)
     return names
 
 
