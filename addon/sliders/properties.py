@@ -13,10 +13,6 @@ from .bridge.head_motion import DROPPED, ON_BONE, ON_OBJECT, STILL
 USUAL_MOTION = {'HANDLES': STILL, 'MARKERS': ON_OBJECT}
 
 
-def _source_chosen(options, _context):
-    options.head_motion = USUAL_MOTION[options.source]
-
-
 #: What can be chosen, for the settings and for the operator's own properties alike.
 OPTIONS = {
     "source": EnumProperty(
@@ -30,7 +26,7 @@ OPTIONS = {
                 "The take of Motion Capture, laid on the face by picked pairs. Needs no names of markers",
             ),
         ),
-        update=_source_chosen,
+        update=lambda options, _context: setattr(options, "head_motion", USUAL_MOTION[options.source]),
     ),
     "head_motion": EnumProperty(
         name="Head Motion",
