@@ -113,7 +113,7 @@ class SolverMesh(whole_mesh.WholeMesh):
     def _moves(self, positions):
         """... x K x 3: from rest, the mean of what all images and copies of the leading handle ask for."""
         asked = positions - self._of.anchor_rest
-        of_images = np.concatenate([whole_mesh.turned(asked, turn) for turn in self._turns], axis=-2)
+        of_images = np.concatenate([asked @ turn.T for turn in self._turns], axis=-2)
         return np.add.reduceat(of_images[..., self._claims, :], self._begins, axis=-2) / self._claim_counts[:, None]
 
     def weights(self, weights):

@@ -16,12 +16,6 @@ from ...solver import native_loader
 from . import point_sets
 
 
-def turned(vectors, matrix):
-    """... x 3. Most planes are those of the axes, which costs a tenth."""
-    signs = np.diagonal(matrix)
-    return vectors * signs if np.array_equal(matrix, np.diag(signs)) else vectors @ matrix.T
-
-
 class WholeMesh:
     """N vertices, of n of the mesh.
 
@@ -108,7 +102,7 @@ class WholeMesh:
         for turn, shift, images in zip(self._turns[1:], self._shifts[1:], self._images[1:], strict=True):
             is_new = ~np.isin(images[vertices], found)
             found = np.append(found, images[vertices][is_new])
-            places.append(turned(points[is_new], turn) + shift)
+            places.append(points[is_new] @ turn.T + shift)
         return found, np.concatenate(places)
 
     def start(self, positions):
@@ -117,7 +111,7 @@ class WholeMesh:
 
     def _moved(self, positions, elements):
         """N x 3 float64: the mean of what some images of n x 3 positions say."""
-        moves = np.concatenate([turned(positions - self._own_rest, self._turns[element]) for element in elements])
+        moves = np.concatenate([(positions - self._own_rest) @ self._turns[element].T for element in elements])
         images = self._images[list(elements)].ravel()
         sums = np.stack([np.bincount(images, column) for column in moves.T], axis=1)
         return self.rest + sums / np.bincount(images)[:, None]
@@ -129,7 +123,7 @@ class WholeMesh:
         moved = positions - self.rest
         moves = moved.take(self._images[0], axis=0)
         for turn, image in zip(self._turns[1:], self._images[1:], strict=True):
-            moves += turned(moved.take(image, axis=0), turn.T)  # a reflection's transpose is what undoes it
+            moves += moved.take(image, axis=0) @ turn  # a reflection's transpose is what undoes it
         return self._own_rest + moves / len(self._turns)
 
     def cut_back_rows(self, rows):
