@@ -53,7 +53,7 @@ class Grip:
         self.is_new = index is None
         _require_can_be_posed(obj)
         if self.is_new:
-            if np.count_nonzero(region.Surface(obj, [vertex]).falloff(0.0)) < 2:  # at least the next edges do follow
+            if not (kept.faces(obj.data)[0] == vertex).any():
                 raise SceneError(f"'{obj.name}' has no face at this vertex, so nothing can follow it. Press on a face")
             rig_space.measure(obj)  # throws before anything is changed
             vertices = new_handles.near_vertices(obj, vertex, size)

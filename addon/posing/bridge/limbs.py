@@ -42,10 +42,12 @@ def up_to_body(obj, vertex, length):
 def riding(obj, vertices, length):
     """n float64, 0 to 1: how much of the last limb up to whose begin the surroundings of `vertices` go, and of all that
     hangs on it: that goes along, as bones do."""
+    total, found = np.zeros((2, len(obj.data.vertices)))
     top = next((top for top, way in reversed(_limbs_up(obj, vertices)) if way <= length), "")
-    parents, bones, (total, found) = _parents(obj), _weighted_bones(obj), np.zeros((2, len(obj.data.vertices)))
-    of_bone = segments.of(parents)
-    for bone, (numbers, weights) in vertex_groups.read(obj, sorted(bones) if top else ()).items():
+    if not top:
+        return found
+    parents, of_bone = _parents(obj), segments.of(_parents(obj))
+    for bone, (numbers, weights) in vertex_groups.read(obj, sorted(_weighted_bones(obj))).items():
         total[numbers] += weights
         if of_bone[top] in map(of_bone.get, (bone, *segments.above_of(bone, parents))):
             found[numbers] += weights
@@ -62,9 +64,11 @@ def _limbs_up(obj, vertices):
     """[(first bone of a limb, how far that begins from `vertices`)] from what has most of them up to the body, which is
     no limb; none if it does not bend there."""
     is_at_rig, bones = obj.meanvalue.bend_at == ids.BEND_RIG or not obj.meanvalue.handles, _weighted_bones(obj)
+    tops = segments.tops_up(most_of(obj, shares(obj, vertices)) if is_at_rig else "", _parents(obj), bones)
+    if not tops:
+        return []  # the mesh may be large
     middle, places = shape_keys.rest_positions(obj.data)[vertices].mean(axis=0), _places(obj)
-    bone = most_of(obj, shares(obj, vertices)) if is_at_rig else ""
-    return [(top, np.linalg.norm(places[top] - middle)) for top in segments.tops_up(bone, _parents(obj), bones)]
+    return [(top, np.linalg.norm(places[top] - middle)) for top in tops]
 
 
 def shares(obj, vertices):

@@ -74,7 +74,7 @@ class Surface:
     """
 
     def __init__(self, obj, seeds, is_pressed=False):
-        self._first, (self._ways, self.diagonal, self._below, gaps) = _ways(obj)
+        self._first, (self._ways, self.diagonal, self._below, gaps, self._asked) = _ways(obj)
         held = np.concatenate([seeds, *members.of(obj, [each for each in obj.meanvalue.handles if each.is_enabled])])
         held = held if self._first is None else self._first[held]
         if is_pressed:
@@ -94,9 +94,14 @@ class Surface:
     def falloff(self, limit, free=0.0):
         """n float64, 0 to 1: how much follows, all up to the share `free` of the limit; at least the next edges do.
         All of what is worn and not held does where anything below it does: clothes, and all that rides on a rig."""
-        found, parts = self._ways.falloff(self._seeds, limit, free), self._ways.parts
+        asked, parts = (*self._seeds.tolist(), limit, free), self._ways.parts
+        if asked not in self._asked:  # the last one is kept
+            self._asked.clear()
+            self._asked[asked] = self._ways.falloff(self._seeds, limit, free)
+        found = self._asked[asked].copy()
         worn = parts[(self._below >= 0) & (found[self._below] > 0.0)]
-        found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
+        if len(worn):
+            found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
         return np.maximum(self._of_mesh(found), limbs.riding(self._obj, self._seeds, (1.0 - free) * limit))
 
     def limb(self, least):
@@ -117,7 +122,7 @@ def _ways(obj):
 
 
 def _made_ways(obj, rest, first):
-    """(SurfaceWays, the mesh's diagonal, Surface.below(), how far it is there)."""
+    """(SurfaceWays, the mesh's diagonal, Surface.below(), how far it is there, {what of its falloff is known})."""
     edges = mesh_arrays.edges(obj.data)
     if first is not None:
         edges = first[edges]
@@ -130,7 +135,7 @@ def _made_ways(obj, rest, first):
         triangles = triangles if first is None else first[triangles]
         ways = make(rest, edges, triangles, gap=NEARLY * diagonal)
         _find_below(np.nan_to_num(rest), triangles, ways.parts, FAR * diagonal, below, gaps)
-    return ways, diagonal, below, gaps
+    return ways, diagonal, below, gaps, {}
 
 
 def _find_below(rest, triangles, parts, far, below, gaps):
