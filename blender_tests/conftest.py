@@ -42,15 +42,21 @@ def installed_addon():
 
 @pytest.fixture(autouse=True)
 def empty_file(request):
-    """Every test starts with factory settings, an empty file and the add-on enabled."""
-    if not INSIDE_BLENDER:
-        return
-    import bpy
+    """Every test starts with factory settings, an empty file and the add-on enabled.
 
-    request.getfixturevalue("installed_addon")
-    bpy.ops.wm.read_factory_settings(use_empty=True)  # this disables all add-ons
-    installed.enable()
-    installed.part("solver.session").cache.clear()
+    None leaves a scene in bpy.context, as reading `context.tool_settings` or `context.layer_collection` does in 3.4:
+    once that scene is freed, as by loading a file, setting `context.window.scene`, as importers do, writes to it.
+    """
+    if INSIDE_BLENDER:
+        import bpy
+
+        request.getfixturevalue("installed_addon")
+        bpy.ops.wm.read_factory_settings(use_empty=True)  # this disables all add-ons
+        installed.enable()
+        installed.part("solver.session").cache.clear()
+    yield
+    if INSIDE_BLENDER:
+        assert bpy.context.id_data is None, "something read context.tool_settings or context.layer_collection"
 
 
 @pytest.fixture

@@ -107,7 +107,8 @@ def edit_with_selected(obj, vertices):
     Hidden ones, which could not be, are shown. Returns sentences on that. @throws SceneError."""
     if not obj.visible_get():
         raise SceneError(f"'{obj.name}' is hidden, so it cannot be edited. Show it first (the eye in the Outliner)")
-    bpy.context.tool_settings.mesh_select_mode = (True, False, False)
+    # Not context.tool_settings: Blender leaves its scene's address in bpy.context, and writes there after it is freed.
+    bpy.context.scene.tool_settings.mesh_select_mode = (True, False, False)
     bpy.ops.object.mode_set(mode='EDIT')
     # Not before: writing whether edges are selected, also as an attribute, goes astray in Blender 5.0.1, or ends it.
     bpy.ops.mesh.select_all(action='DESELECT')
