@@ -17,6 +17,11 @@ def share(value):
     return "less than 0.1%" if 0.0 < value < 0.0005 else f"{value:.1%}" if value else "0%"
 
 
+def frame(number):
+    """ "12", "12.5"."""
+    return f"{number:.3f}".rstrip("0").rstrip(".") if number % 1 else f"{number:.0f}"
+
+
 def duration(value):
     """What is left of a wait, no finer than anybody wants to know: "5 s", "3 min"."""
     whole = max(1, round(value))

@@ -11,7 +11,6 @@ from ..posing.bridge import scene_input
 from ..posing.operators.pose import remove_what_was_made
 from ..scene import baked, subject, worn
 from ..scene.baked import TO_CACHE, TO_KEYS
-from ..scene.core import sample_times
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
 from . import properties
@@ -98,7 +97,7 @@ class MEANVALUE_OT_bake(BackgroundOperator, bpy.types.Operator):
             prepared.posing.record(obj)
         made, near, notes = prepared.play(obj)
         notes += subject.sharing_notes(obj) if prepared.options.target == TO_KEYS else []
-        first, last = (sample_times.named(prepared.times[row]) for row in (0, -1))
+        first, last = (wording.frame(prepared.times[row]) for row in (0, -1))
         obj.meanvalue.baked.note = f"Frames {first} to {last}, {made}"
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)

@@ -5,10 +5,9 @@ import math
 
 import bpy
 
-from .. import compat
+from .. import compat, wording
 from ..errors import SceneError
 from . import actions
-from .core import sample_times
 
 
 def moved_range(scene, datablocks):
@@ -75,7 +74,7 @@ def visit(scene, times, read):
             try:
                 rows.append(read())
             except SceneError as error:
-                raise SceneError(f"At frame {sample_times.named(frame)}: {error}") from error
+                raise SceneError(f"At frame {wording.frame(frame)}: {error}") from error
             yield len(rows) / len(times)
     except GeneratorExit:
         is_closed = True

@@ -13,7 +13,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene import actions, frames, mesh_arrays, pose_objects, rig_space, shape_keys, vertex_groups, views, worn
 from ...scene.baked import source
-from ...scene.core import motion, sample_times
+from ...scene.core import motion
 from ...scene.core.point_sets import bounding_box_diagonal
 from ...solver import native_loader, session
 from . import playing
@@ -144,7 +144,7 @@ def play(parts, found, worlds, way, times, is_seen, options):
     for part, own, far in zip(parts, weights, np.split(off[worst], ends), strict=True):
         notes += playing.play_bones(part, rig, to_rig, names, own, is_seen)
         part.meanvalue.baked.worst = json.dumps([times[worst], np.flatnonzero(far > 0.5 * off.max()).tolist()])
-    rms, at = np.sqrt((off**2).mean()), sample_times.named(times[worst])
+    rms, at = np.sqrt((off**2).mean()), wording.frame(times[worst])
     near = f"rms {rms:.2%}, largest {off.max():.2%} of the size, at frame {at}"
     if off.max() > 0.02:
         notes.append("Bones turn and move: what grows, or flies apart, stays off. Select Worst Vertices shows where")

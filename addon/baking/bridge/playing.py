@@ -7,10 +7,9 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ... import compat, ids
+from ... import compat, ids, wording
 from ...scene import actions, baked, declarations, key_marks, rig_space, shape_keys, vertex_groups
 from ...scene.baked import TO_BONES, TO_CACHE, TO_KEYS, names_in
-from ...scene.core import sample_times
 
 
 def play_cache(obj, path, header):
@@ -34,7 +33,7 @@ def play_keys(obj, times, shapes):
         shape_keys.make_basis(obj)
     keys, active_index, made = mesh.shape_keys, obj.active_shape_key_index, []
     for time, shape in zip(times, shapes, strict=True):
-        whole, dot, part = sample_times.named(abs(time)).partition(".")
+        whole, dot, part = wording.frame(abs(time)).partition(".")
         name = f"Bake {'-' if time < 0 else ''}{whole.zfill(4)}{dot}{part}"  # in order by name, for frames from 0 on
         key = obj.shape_key_add(name=name, from_mix=False)
         shape_keys.write_positions(mesh, key, shape)

@@ -5,7 +5,6 @@ import numpy as np
 
 from ... import wording
 from ...errors import SceneError
-from ...scene.core.sample_times import named
 
 #: Said of a frame that the shape snaps at, from the one before.
 SNAPS = "the pose snaps"
@@ -24,7 +23,7 @@ def sample_times(start, end, samples=1):
 def notes(times, problems):
     """Sentences on frames to look at. problems: f texts, "" where all went well."""
     for problem in sorted(set(problems) - {""}):
-        names = [named(time) for time, each in zip(times, problems, strict=True) if each == problem]
+        names = [wording.frame(time) for time, each in zip(times, problems, strict=True) if each == problem]
         shown = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
         if problem == SNAPS:
             yield f"The pose snaps at {'frame' if len(names) == 1 else 'frames'} {shown}: key one in between"

@@ -5,10 +5,10 @@ its own rig among them: muted shape keys, for the artist to see, edit and delete
 import bpy
 import numpy as np
 
-from ... import ids
+from ... import ids, wording
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import frames, key_marks, rig_space, shape_keys, vertex_groups
-from ...scene.core import motion, point_sets, sample_times
+from ...scene.core import motion, point_sets
 from ...scene.core.key_shapes import Slider
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
@@ -85,7 +85,7 @@ class RigPoses:
         least = SAME_POSE * point_sets.bounding_box_diagonal(self._rest)
         chosen = self._times[motion.differing(self._rest[rows], np.array(poses), self._most, least)]
         if not len(chosen):
-            first, last = (sample_times.named(self._times[row]) for row in (0, -1))
+            first, last = (wording.frame(self._times[row]) for row in (0, -1))
             raise SceneError(f"'{find().name}' keeps its shape from frame {first} to {last}. Animate its rig there")
         shapes = yield from frames.visit(scene, chosen, lambda: self._seen(find()).astype(np.float32))
         self._found = list(zip(chosen, shapes, strict=True))
@@ -111,7 +111,7 @@ class RigPoses:
         shape_keys.remove(obj, shape_keys.rig_poses(obj))
         names = []
         for frame, shape in self._found:
-            key = shape_keys.add_shape(obj, f"{ids.RIG_POSE_KEY} {sample_times.named(frame)}", shape)
+            key = shape_keys.add_shape(obj, f"{ids.RIG_POSE_KEY} {wording.frame(frame)}", shape)
             key.mute = True
             key.slider_min = key_marks.mark(Role.RIG_POSE, key.name)
             names.append(key.name)

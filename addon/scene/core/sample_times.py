@@ -4,11 +4,6 @@
 import numpy as np
 
 
-def named(frame):
-    """A frame as names and messages show it: "12", "12.5"."""
-    return f"{frame:.3f}".rstrip("0").rstrip(".") if frame % 1 else f"{frame:.0f}"
-
-
 def runs(flags):
     """r x 2 int: begin and end (the first after it) of each stretch of True in n bool `flags`."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
