@@ -6,7 +6,7 @@ import json
 import numpy as np
 
 from ...errors import SceneError, require_none
-from ...posing.bridge import examples, targets
+from ...posing.bridge import targets
 from ...posing.bridge.scene_input import Posing
 from ...scene import actions, baked, frames, key_marks, rig_space, vertex_groups, views
 from .clips import HandleClip
@@ -52,7 +52,7 @@ def clip(obj, bind_input, rows, times, portable=False, target=baked.TO_CACHE):
     shown, poses = np.flatnonzero(counts[:, 1:].any(axis=0)), key_marks.of_role(keys, key_marks.Role.KEPT)
     if target != baked.TO_CACHE:
         shown = [each for each in shown if target == baked.TO_BONES and keys.key_blocks[each] in poses]
-    shapes = vertex_groups.shapes_of(obj, examples.sliders(keys.key_blocks[each] for each in shown))
+    shapes = vertex_groups.shapes_of(obj, [vertex_groups.slider_of(obj, keys.key_blocks[each]) for each in shown])
     beside = np.array([shapes.offset(number) for number in range(len(shown))], np.float32)
     counts = counts[:, [0, *(1 + each for each in shown)]]
     more = (counts, beside) if len(beside) or counts.min() < 1.0 else ()

@@ -9,7 +9,6 @@ from ... import ids, wording
 from ...errors import ChangedMeanwhileError, SceneError, require_none
 from ...scene import frames, key_marks, rig_space, shape_keys, vertex_groups
 from ...scene.core import motion, point_sets
-from ...scene.core.key_shapes import Slider
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 
@@ -27,12 +26,8 @@ def keys(obj):
         is_kept = key.slider_min == key_marks.mark(Role.KEPT, key.name)
         return made.isdisjoint((key.name, key.relative_key.name)) and not (is_kept or key.mute)
 
-    return sliders(key for key in found.key_blocks if key != found.reference_key and is_example(key))
-
-
-def sliders(keys):
-    """A Slider for each of some shape keys, up to the value 1."""
-    return tuple(Slider(key.name, 0.0, 1.0, key.relative_key.name, key.vertex_group) for key in keys)
+    keys = (key for key in found.key_blocks if key != found.reference_key and is_example(key))
+    return tuple(vertex_groups.slider_of(obj, key) for key in keys)
 
 
 def shown_by(obj):

@@ -10,7 +10,6 @@ from ... import compat, ids, wording
 from ...scene import kept, key_marks, shape_keys, vertex_groups
 from ...scene.key_marks import Role
 from ..core import joints, segments
-from . import examples
 
 #: Kept poses that tell where a mesh bends: what no pose bends is stiff. How many times as far as to the end of a limb
 #: surroundings go, which follow the less the farther they are. So many vertices say where a handle is.
@@ -94,7 +93,7 @@ def signature(obj):
     """What is quick to compare of all that read() reads beside the mesh, its groups and the settings."""
     if obj.meanvalue.bend_at == ids.BEND_RIG:
         return tuple((compat.session_key(rig.data), *_quickly(rig.data.bones, obj, rig)) for rig in _rigs(obj))
-    return examples.sliders(_kept_keys(obj)) if obj.meanvalue.bend_at == ids.BEND_POSES else ()
+    return _kept_poses(obj) if obj.meanvalue.bend_at == ids.BEND_POSES else ()
 
 
 def groups(obj):
@@ -149,10 +148,10 @@ def _hinges(obj, parents, of_bone, found):
 
 
 def _at_poses(obj, rest, corners, starts):
-    keys = _kept_keys(obj)
+    keys = _kept_poses(obj)
     if len(keys) < LEAST_POSES:
         return {"bends": f"Keep {LEAST_POSES} poses that bend its joints: until then it bends everywhere"}
-    shapes = vertex_groups.shapes_of(obj, examples.sliders(keys)).with_effect()
+    shapes = vertex_groups.shapes_of(obj, keys).with_effect()
     inputs = rest, *shapes.points.values()
     found = kept.of(obj.data, "limbs", lambda: joints.by_poses(rest, corners, starts, shapes.shapes()), *inputs)
     if found.min(initial=joints.STIFF) > 0.5 * joints.STIFF:
@@ -197,8 +196,8 @@ def _above(obj):
     return {**found, None: matrix}
 
 
-def _kept_keys(obj):
-    return key_marks.of_role(obj.data.shape_keys, Role.KEPT)
+def _kept_poses(obj):
+    return [vertex_groups.slider_of(obj, key) for key in key_marks.of_role(obj.data.shape_keys, Role.KEPT)]
 
 
 def _rigs(obj):
