@@ -86,6 +86,13 @@ def test_a_part_of_a_person_keeps_its_size_and_what_nothing_holds_is_told(tmp_pa
     assert f"Nothing holds {'arms and legs' if is_leg else 'legs'}" in said and f"scaled by {scale:.3g}" in said
 
 
+def test_a_leg_that_nothing_holds_below_the_knee_is_told(tmp_path, capfd):
+    below = tuple(f"L{name}" for name in ("Shin", "AnkleOut", "Heel", "ToeIn", "ToeOut", "ToeTip"))
+    rows = [k for k, name in enumerate(NAMES) if name not in below]
+    matched(tmp_path, [NAMES[k] for k in rows], REST[rows])
+    assert "Nothing holds legs to their ends" in capfd.readouterr().out
+
+
 @pytest.mark.parametrize("lean", [0.0, 0.46, 1.57])
 def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, lean):
     seated = sitting_figure.take(220).clean[210] @ walking_figure.turn_x(np.array(lean)).T

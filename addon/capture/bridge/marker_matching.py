@@ -217,18 +217,10 @@ def _alignment(given, markers, body):
     if given.to_object is not None:
         return given.to_world @ given.to_object, []
     if given.options.align == 'NONE':
-        return motion.IDENTITY, []
+        return motion.IDENTITY, _unheld(markers)
     if given.options.align == 'AUTO':
         found = alignment.align_to_mesh(markers.reference, markers.landmarks, body)
-        notes, unknown = [], landmarks.unknown_limbs(markers.landmarks)
-        if unknown:
-            known = sum(1 for place in markers.landmarks if place)
-            notes.append(
-                f"Nothing holds {wording.listed(unknown)}, nor tells how they lie: the place on the body is known of "
-                f"{known} of {wording.counted(len(markers.labels), 'marker')}, scaled by {found.scale:.3g}. If there "
-                "are markers of shoulders, elbows, hips and knees, choose their Landmark and match again; else pin "
-                "what should stay"
-            )
+        notes = _unheld(markers, f", scaled by {found.scale:.3g}")
         other = ". Another way to look fits nearly as well" if found.certainty < DOUBTFUL else ""
         if other or found.quality > POOR:
             notes.append(
@@ -244,7 +236,20 @@ def _alignment(given, markers, body):
             f"{wording.counted(len(rows), 'marker')} {'has' if len(rows) == 1 else 'have'} one. Choose a marker in the "
             "list, press Pick Point and click its point on the mesh"
         )
-    return alignment.similarity(*picked), []
+    return alignment.similarity(*picked), _unheld(markers)
+
+
+def _unheld(markers, scaled=""):
+    """[A sentence] on limbs that no markers hold, of what is a body by its names or was aligned as one, `scaled`."""
+    known, unknown = sum(map(bool, markers.landmarks)), landmarks.unknown_limbs(markers.landmarks)
+    if not unknown or not (scaled or known >= bodies.ENOUGH):
+        return []
+    return [
+        f"Nothing holds {wording.listed(unknown)} to their ends, nor tells how they lie: the place on the body is "
+        f"known of {known} of {wording.counted(len(markers.labels), 'marker')}{scaled}. If there are markers of "
+        "shoulders, elbows, wrists, hips, knees and ankles, choose their Landmark and match again; else pin what "
+        "should stay"
+    ]
 
 
 def _cuffs(given, markers, match, found, to_object):

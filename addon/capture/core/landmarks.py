@@ -56,8 +56,9 @@ JOINTS = 20
 ARM = ("upper_arm", "elbow", "forearm", "wrist", "hand")
 
 #: Limbs and, of each, places of which one must be known on either side: without them a limb is not brought into the
-#: pose of the mesh (limb_posing.py).
-LIMBS = {"arms": (("shoulder",), ("elbow",)), "legs": (("knee",), ("hip", "pelvis.front"))}
+#: pose of the mesh (limb_posing.py), or its end goes where it will, as through the floor.
+LIMBS = {"arms": (("shoulder",), ("elbow",), ("wrist", "hand")),
+         "legs": (("hip", "pelvis.front"), ("knee",), ("ankle", "heel", "toe"))}  # fmt: skip
 
 
 def side_of(landmark):

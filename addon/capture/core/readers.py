@@ -43,7 +43,11 @@ def _with_frames_beside(path, along, data):
     name = re.compile(r"(.*?)(\d+)(\D*\.json)", re.IGNORECASE | re.DOTALL)
     own = name.fullmatch(path.name)
     found = [(name.fullmatch(each.name), each) for each in path.parent.iterdir()] if own else []
-    frames = {int(its[2]): each for its, each in found if its and its.group(1, 3) == own.group(1, 3)}
+    found = [(its[2], each) for its, each in found if its and its.group(1, 3) == own.group(1, 3)]
+    # Written as the own one is: with as many digits or, as that, without zeros before them.
+    found = [(len(its) == len(own[2]), int(its), each) for its, each in found
+             if len(its) == len(own[2]) or all(str(int(number)) == number for number in (its, own[2]))]  # fmt: skip
+    frames = {number: each for _, number, each in sorted(found)}
     if len(frames) < 2:
         return data
     lines = Lines(data, path.name)
@@ -51,7 +55,7 @@ def _with_frames_beside(path, along, data):
         return data
     along.update(frames.values())
     parts = [(at, records.loaded(decoded(each.read_bytes()), each.name)) for at, each in sorted(frames.items())]
-    parts = [{**(part if isinstance(part, dict) else {"people": part}), "frame": at} for at, part in parts]
+    parts = [{**(part if isinstance(part, dict) else {"pose": part}), "frame": at} for at, part in parts]
     return json.dumps(parts).encode()
 
 

@@ -74,11 +74,12 @@ def _gather(node, records, names, refuse, key="", row=None):
         node = [{"": each, **part} for each, part in node.items() if isinstance(part, dict)]  # numbered frames
     single = dict if row is None else (dict, list)  # the only person
     if isinstance(node, list) and node:
-        is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single))
+        is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single)) or all(map(_is_person, node))
         node = node[0] if is_only or node == names.get(len(node)) else node
+    row = 0 if row is None and isinstance(node, list) and _is_frame(node, key, names) else row
     if isinstance(node, list) and row is not None:
         node = _named(node, key, names)
-    if isinstance(node, list) and row is None and not ("keypoint" in key and _kind(node) == len(node)):
+    if isinstance(node, list) and row is None:
         first = next((_kind(part) for part in node if part), None)
         for place, part in enumerate(node):
             if part and _kind(part) != first:
@@ -97,6 +98,19 @@ def _gather(node, records, names, refuse, key="", row=None):
             _gather(part, records, names, refuse, name, row)
     elif row is not None:
         records[row].setdefault(key, node)
+
+
+def _is_person(node):
+    """Whether an object is what is found in a box of a picture, and says no more of which picture."""
+    return isinstance(node, dict) and "bbox" in node and not any(re.search("frame|time|image", key) for key in node)
+
+
+def _is_frame(node, key, names):
+    """Whether a list has the points of one frame: their numbers one after the other, lists of these, or places."""
+    if _kind(node) == len(node):
+        return "keypoint" in key
+    are_places = all(_kind(part) in (2, 3, 4) or (_kind(part) is dict and {"x", "y"} <= part.keys()) for part in node)
+    return are_places and len(node) >= FEWEST and bool(POINTS.search(folded(key)) or len(node) in names)
 
 
 def _kind(node):
