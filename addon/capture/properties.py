@@ -114,11 +114,6 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         description="Turn arms and legs of the reference to where the mesh has them, if the person stands otherwise",
         default=True,
     )
-    use_cuffs: BoolProperty(
-        name="Cuffs",
-        description="Have three points around each thigh and shank go along with its markers. Without, knees bend less",
-        default=True,
-    )
     keep_floor: BoolProperty(name="Soles on the Floor", description="Feet stand on it, and toes bend", default=True)
     floor_height: FloatProperty(name="Floor Height", description="Above the mesh's lowest point", unit='LENGTH')
     alignment: FloatVectorProperty(
@@ -128,17 +123,9 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
         options={'HIDDEN'},
     )
     mesh_size: FloatProperty(description="Bounding-box diagonal of the mesh that was matched", options={'HIDDEN'})
-    spline_seconds: FloatProperty(
-        name="By Spline",
-        description="Gaps up to this long are filled by a curve through the marker's own path. 0: none",
-        default=0.2,
-        min=0.0,
-        soft_max=1.0,
-        unit='TIME_ABSOLUTE',
-    )
     rigid_seconds: FloatProperty(
-        name="By Neighbors",
-        description="Gaps up to this long are filled from how neighboring markers move; longer ones free the handle",
+        name="Fill Gaps up to",
+        description="Shorter gaps are filled from how the marker and its neighbors move; longer ones free the handle",
         default=1.0,
         min=0.0,
         soft_max=5.0,

@@ -87,7 +87,7 @@ def test_long_gaps_leave_the_handle_free_and_short_ones_are_filled(tmp_path):
     positions[30:50, 7] = np.nan
     obj, _take = set_up(tmp_path, positions)
     capture = obj.meanvalue.capture
-    capture.spline_seconds, capture.rigid_seconds = 0.1, 0.1
+    capture.rigid_seconds = 0.1
     match()
     filled, free = (capture.pairs[LABELS[number]].control for number in (3, 7))
     assert len(take_files.keys(filled, "meanvalue.influence")) == 0

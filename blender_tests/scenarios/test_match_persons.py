@@ -93,8 +93,15 @@ def test_a_leg_that_nothing_holds_below_the_knee_is_told(tmp_path, capfd):
     assert "Nothing holds legs to their ends" in capfd.readouterr().out
 
 
+def test_a_mirrored_capture_is_told(tmp_path, capfd):
+    matched(tmp_path, NAMES, REST)
+    assert "feet point backward" not in capfd.readouterr().out
+    matched(tmp_path, NAMES, REST * [-1.0, 1.0, 1.0])
+    assert "feet point backward" in capfd.readouterr().out
+
+
 @pytest.mark.parametrize("lean", [0.0, 0.46, 1.57])
-def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, lean):
+def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, capfd, lean):
     seated = sitting_figure.take(220).clean[210] @ walking_figure.turn_x(np.array(lean)).T
     seated += [0.0, 0.0, 0.25 - seated[:, 2].min()]  # on the footrest of a chair that rolls
     obj, scale = matched(tmp_path, NAMES, seated)
@@ -107,6 +114,7 @@ def test_who_sits_leans_or_lies_throughout_is_as_high_as_captured(tmp_path, lean
     assert scale == pytest.approx(1.0, abs=0.06)
     alignment = obj.meanvalue.capture.alignment
     assert abs(np.arctan2(alignment[4], alignment[0])) < np.radians(10.0), "49 where bent legs tell the way"
+    assert "feet point backward" not in capfd.readouterr().out
 
 
 def test_who_climbs_down_stairs_has_his_size(tmp_path):

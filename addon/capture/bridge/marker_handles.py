@@ -9,7 +9,7 @@ from mathutils import Matrix
 
 from ...posing.bridge import control_places, controls, members
 from ...scene import actions, worn
-from ...scene.core import motion, sample_times
+from ...scene.core import motion
 from . import marker_pairs, takes
 
 #: Size of a control, as a share of the mesh's bounding-box diagonal.
@@ -114,19 +114,13 @@ def _control_of(obj, handle, name, shape, size):
 
 
 def _animate(control, matched, places, rest, turns=None):
-    """Keys where the control goes: places (f, 3), turns (f, 3, 3) or None; rest (3,) is for a take without any. Its
-    influence is 0 where they are NaN, and fades before and after."""
-    frames, present = matched.frames, ~np.isnan(places).any(axis=1)
-    actions.write_vector(control, "location", frames[present], places[present])
-    control.location = places[int(present.argmax())] if present.any() else rest
+    """Keys where the control goes: places (f, 3), turns (f, 3, 3) or None; rest (3,) is for a take without any."""
+    control.location, present = rest, ~np.isnan(places).any(axis=1)
+    takes.animate(control, places, matched.frames, matched.ramp)
     if turns is not None and present.any():
         quaternions = np.array([Matrix(turn.tolist()).to_quaternion()[:] for turn in turns[present]])
         signs = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
         quaternions[1:] *= np.cumprod(signs)[:, None]  # between keys the short way is taken
         control.rotation_mode = 'QUATERNION'
-        actions.write_vector(control, "rotation_quaternion", frames[present], quaternions)
+        actions.write_vector(control, "rotation_quaternion", matched.frames[present], quaternions)
         control.rotation_quaternion = quaternions[0]
-    keyed, values = sample_times.changing_keys(sample_times.ramps(present, matched.ramp), frames)
-    actions.write_curve(control, "meanvalue.influence", 0, keyed, values)
-    if len(keyed) == 0:
-        control.meanvalue.influence = 1.0

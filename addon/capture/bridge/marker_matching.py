@@ -15,7 +15,7 @@ from ... import wording
 from ...errors import SceneError
 from ...scene.core import motion, point_sets
 from ...solver.job import result_of
-from ..core import alignment, gaps, landmarks, matching, soles
+from ..core import alignment, facing, gaps, landmarks, matching, soles
 from ..core import body as bodies
 from ..core.body import Body
 from ..core.limb_posing import posed_and_actor
@@ -26,6 +26,9 @@ LEAST_PAIRS = 3
 
 #: A handle that is let go at once would have its skin jump.
 RAMP_SECONDS = 0.08
+
+#: Gaps up to this long are filled by a curve through the marker's own path, longer ones by how its neighbors move.
+SPLINE_SECONDS = 0.2
 
 #: Of an automatic alignment (core.alignment.Alignment): from where on the artist is told to look at it.
 DOUBTFUL, POOR = 1.1, 0.03
@@ -121,7 +124,6 @@ def steps(given):
     targets = matching.skin_targets(markers.path, markers.reference, match.offset, markers.landmarks)
     yield "laying cuffs", 0.8
     to_object = np.linalg.inv(given.to_world)
-    found, told_of_cuffs = _cuffs(given, markers, match, found, to_object)
     yield "making handles", 0.9
     rest = given.own[match.vertex].astype(np.float64)
     return Matched(
@@ -137,8 +139,8 @@ def steps(given):
         size=point_sets.bounding_box_diagonal(given.own),
         world_size=point_sets.bounding_box_diagonal(surface.vertices),
         ramp=round(RAMP_SECONDS * given.recording.rate_hz),
-        cuffs=found,
-        told=[given.recognition, *told_of_cuffs],
+        cuffs=_cuffs(given, markers, match, found, to_object),
+        told=[given.recognition],
         notes=[*notes, *words],
     )
 
@@ -146,7 +148,7 @@ def steps(given):
 def _mended(given, recording):
     """(f, m, 3), filled and filtered; not to be written to."""
     path, rate, options = recording.positions, recording.rate_hz, given.options
-    longest = tuple(int(seconds * rate + 1e-6) for seconds in (options.spline_seconds, options.rigid_seconds))
+    longest = tuple(int(min(most, options.rigid_seconds) * rate + 1e-6) for most in (SPLINE_SECONDS, np.inf))
     return _filled(path.tobytes(), path.shape, longest, rate, options.cutoff_hz)
 
 
@@ -209,6 +211,8 @@ def _chosen(given, frame, path, reference):
     stands, floor = seated, min(0.0, np.nanmin(path[..., 2], initial=0.0))
     if given.options.align == 'AUTO':
         stands = alignment.stood_up(seated, places, floor)
+    if facing.walks_backward(stands, places):
+        notes.append("By left and right of the names the feet point backward: they are exchanged, or it is mirrored")
     return Markers(names, places, path, stands, stands, None if stands is seated else floor), notes
 
 
@@ -253,22 +257,13 @@ def _unheld(markers, scaled=""):
 
 
 def _cuffs(given, markers, match, found, to_object):
-    """([core.soles.Cuff], sentences): places and radii are in the object's space, turns in the world."""
+    """[core.soles.Cuff]: places and radii are in the object's space, turns in the world."""
     # Joints are inside, nearly in one line.
-    names = markers.landmarks if given.options.use_cuffs and not given.is_skeleton else (None,) * len(markers.labels)
-    of_limbs, refused = soles.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
+    names = (None,) * len(markers.labels) if given.is_skeleton or not given.options.is_of_body else markers.landmarks
+    of_limbs = soles.find_cuffs(markers.path, markers.reference, names, match.vertex, given.surface)
     scale = np.cbrt(abs(np.linalg.det(to_object[:3, :3])))
     result = []
     for cuff in (*found, *of_limbs):
         centre, centres = (motion.apply(to_object, points) for points in (cuff.centre, cuff.centres))
         result.append(replace(cuff, centre=centre, radius=scale * cuff.radius, centres=centres))
-    told = []
-    if result:
-        around = wording.listed(cuff.segment for cuff in result)
-        told.append(f"{wording.counted(len(result), 'cuff')} around limbs: {around}")
-    if refused:
-        told.append(
-            f"No cuff around {wording.listed(sorted(refused))}: the markers there are off a rigid motion by up to "
-            f"{max(refused.values()):.2g} of their distance from the axis ({soles.ROLL:.2g} is allowed)"
-        )
-    return result, told
+    return result

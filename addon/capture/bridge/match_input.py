@@ -16,8 +16,7 @@ from ..core import landmarks, marker_sets
 from . import marker_pairs, takes
 
 #: Settings of MEANVALUE_PG_capture that matching goes by.
-OPTIONS = ("reference_frame", "align", "pose_limbs", "use_cuffs", "keep_floor", "floor_height", "mode",
-           "spline_seconds", "rigid_seconds")  # fmt: skip
+OPTIONS = "reference_frame", "align", "pose_limbs", "keep_floor", "floor_height", "mode", "rigid_seconds"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +49,6 @@ def problem(obj):
     if capture.pairs and not any(pair.is_used for pair in capture.pairs):
         return "No marker is ticked in the list. Tick those that should move the mesh"
     return None
-
-
-def reference_frame(obj):
-    """The frame of the scene in which the person stands as the mesh does."""
-    return obj.meanvalue.capture.reference_frame
 
 
 def read(obj):

@@ -62,7 +62,7 @@ def make(take, frames, scale=1.0):
             collection.objects.link(empty)
             empty.empty_display_type, empty.empty_display_size = 'SPHERE', size
             empty.meanvalue.marker = take.labels[number]
-            _animate(empty, positions[:, number], measured[:, number], frames)
+            animate(empty, positions[:, number], frames)
     except BaseException:
         remove(collection)
         raise
@@ -166,7 +166,7 @@ def swap(collection, one, other, frame):
     later = np.flatnonzero(frames >= frame - 0.5 * collection.meanvalue.frames_per_sample)[:, None]
     positions[later, pair] = positions[later, pair[::-1]]
     for number in pair:
-        _animate(empties[number], positions[:, number], ~np.isnan(positions[:, number, 0]), frames)
+        animate(empties[number], positions[:, number], frames)
 
 
 def active_problem(settings):
@@ -185,13 +185,17 @@ def go_to_problem(collection):
         subject.choose(problem.marker)
 
 
-def _animate(empty, positions, measured, frames):
-    """positions (f, 3), measured (f,) bool."""
-    actions.write_vector(empty, "location", frames[measured], positions[measured])
-    keyed, values = sample_times.changing_keys(measured.astype(np.float64), frames)
-    actions.write_curve(empty, "meanvalue.influence", 0, keyed, values, 'CONSTANT')
-    if measured.any():
-        empty.location = positions[int(measured.argmax())]
+def animate(mover, positions, frames, ramp=0):
+    """Keys where an object goes: positions (f, 3), NaN where nobody knows. There its influence is 0, and it fades over
+    `ramp` samples before and after."""
+    present = ~np.isnan(positions).any(axis=1)
+    actions.write_vector(mover, "location", frames[present], positions[present])
+    keyed, values = sample_times.changing_keys(sample_times.ramps(present, ramp), frames)
+    actions.write_curve(mover, "meanvalue.influence", 0, keyed, values, 'LINEAR' if ramp else 'CONSTANT')
+    if len(keyed) == 0:
+        mover.meanvalue.influence = 1.0
+    if present.any():
+        mover.location = positions[int(present.argmax())]
 
 
 def _stretched(collection, what):

@@ -37,9 +37,6 @@ HEIGHT_COUNTS = 0.25
 #: Degrees by which the surface may turn a body from the way that its landmarks tell: legs in a step or arms that swing
 #: would turn it farther.
 WAY_KNOWN = 4.5
-#: By how much a body that looks the other way than the mesh's feet point must fit better to be believed: of joints
-#: front and back are hard to tell by the surface, but their names tell the sides.
-BACKWARD, BACKWARD_JOINTS = 1.3, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +139,9 @@ class _Fit:
 
     def starts(self):
         """Matrices: about the way that the feet point, where both bodies tell it, else all round."""
-        if self._turned is None:
-            angles = 2.0 * np.pi * np.arange(TURNS) / TURNS
-        else:
-            angles = self._turned + np.radians([0.0, -20.0, 20.0, -45.0, 45.0, 180.0])
+        angles = 2.0 * np.pi * np.arange(TURNS) / TURNS
+        if self._turned is not None:
+            angles = self._turned + np.radians([0.0, -20.0, 20.0, -45.0, 45.0])
         trunk = self._markers[self._is_trunk, :2]
         middle = trunk.mean(axis=0) if len(trunk) else np.median(self._markers[:, :2], axis=0)
         origin = np.append(middle, self._base)
@@ -177,12 +173,8 @@ class _Fit:
         near = np.sort(off)[: _most(len(off))]
         sigma = max(float(np.sqrt((near**2).mean())), 0.005 * self._body.height)
         residual = float(np.sqrt((self._weights * np.minimum(off, 3.0 * sigma) ** 2).sum() / self._weights.sum()))
-        towards = self._turned
-        if towards is not None and _angle_between(about(UP, towards), matrix) > 0.5 * np.pi:
-            residual *= BACKWARD_JOINTS if self._body.is_for_joints else BACKWARD
-            towards += np.pi
         weights = self._weights / (1.0 + (off / sigma) ** 2) ** 2
-        return residual, _upright_similarity(self._markers, target, weights, self._scales, towards)
+        return residual, _upright_similarity(self._markers, target, weights, self._scales, self._turned)
 
 
 def _tall_by_parts(markers, names, heights):
@@ -212,21 +204,14 @@ def _tall_by_heights(markers, heights):
 
 def stood_up(markers, names, ground):
     """(m, 3): the markers of who sits, crouches or lies, turned and raised as a whole so that his trunk is where he has
-    it who stands on the `ground`, a height in meters; those of others as they are. Legs are posed later, and feet that
-    stand stay as flat as captured."""
+    it who stands on the `ground`, a height in meters; those of others as they are. Legs are posed later."""
     heights = places.heights_of(names)
     by_parts, pelvis, upper = _tall_by_parts(markers, names, heights), (heights > 0.5) & (heights < 0.6), heights > 0.7
     if not (_tall_by_heights(markers, heights)[0] < BENT * by_parts and pelvis.any() and upper.any()):
         return markers
     middle = markers[pelvis].mean(axis=0)
     turn = turns_between(markers[upper].mean(axis=0) - middle, UP)
-    result, segments = (markers - middle) @ turn.T, places.segments(names)
-    for side, touching in places.feet(names).items():
-        foot = segments.get(f"foot.{side}", touching)  # with its ankle
-        if markers[touching, 2].mean() < markers[foot, 2].mean():
-            result[foot] = result[foot].mean(axis=0) + markers[foot] - markers[foot].mean(axis=0)
-    result += [*middle[:2], ground + by_parts * heights[pelvis].mean()]
-    return result
+    return (markers - middle) @ turn.T + [*middle[:2], ground + by_parts * heights[pelvis].mean()]
 
 
 def _scale_by_heights(markers, names, heights, height):

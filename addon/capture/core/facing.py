@@ -38,6 +38,16 @@ def forward(markers, names):
     return np.array([across[1], -across[0]]) if across[:2].any() else None
 
 
+def walks_backward(markers, names):
+    """Whether feet point the other way than the names of both sides tell, as of a mirrored capture; as forward()."""
+    looks, feet = forward(markers, names), []
+    for side in "LR":
+        toes, heel = ([k for k, name in enumerate(names) if places.side_of(name) == side and name.startswith(parts)]
+                      for parts in ("toe", ("heel", "ankle")))  # fmt: skip
+        feet += [markers[toes].mean(axis=0) - markers[heel].mean(axis=0)] if toes and heel else []
+    return looks is not None and bool(feet) and max(foot[:2] @ looks for foot in feet) < 0.0
+
+
 def of_limb(names, ways, first, second):
     """(m, 3), at most unit: where the skin under each marker looks; 0 where that is not known. ways  ARM or LEG, whose
     two columns are along the unit vectors first, second (3,)."""

@@ -104,16 +104,10 @@ class Limb:
 
     def _nearest(self, points, numbers):
         """(the sample that suits each of points (k, 3) best, its square distance and what it looks another way)."""
-        nearest, costs = np.empty(len(points), np.int64), np.empty(len(points))
-        squares = (self._samples**2).sum(axis=1)
-        for begin in range(0, len(points), 500):
-            part = slice(begin, begin + 500)
-            found = squares - 2.0 * points[part] @ self._samples.T
-            faces = self._faces[numbers[part]]
-            found += self._reach**2 * (np.linalg.norm(faces, axis=1)[:, None] - faces @ self._normals.T)
-            nearest[part] = found.argmin(axis=1)
-            costs[part] = found.min(axis=1) + (points[part] ** 2).sum(axis=1)
-        return self._samples[nearest], np.maximum(costs, 0.0)
+        found, faces = (self._samples**2).sum(axis=1) - 2.0 * points @ self._samples.T, self._faces[numbers]
+        found += self._reach**2 * (np.linalg.norm(faces, axis=1)[:, None] - faces @ self._normals.T)
+        costs = found.min(axis=1) + (points**2).sum(axis=1)
+        return self._samples[found.argmin(axis=1)], np.maximum(costs, 0.0)
 
 
 ARM = (("upper_arm", "elbow"), ("forearm", "wrist", "hand"), "elbow")

@@ -41,17 +41,17 @@ class Cuff:
 
 
 def find_cuffs(markers, reference, landmarks, anchors, surface):
-    """([Cuff], {segment: how far its roll may be off}) of limbs whose markers tell how they turn, and of the others.
+    """[Cuff] of limbs whose markers tell how they turn.
 
     Where the best rigid motion (Kabsch 1976) is off by more than ROLL of how far the markers are from the segment's
-    axis, it gets no cuff; below, the cuff is the softer.
+    axis, it gets none; below, the cuff is the softer.
 
     markers  (f, m, 3) NaN where missing; reference  (m, 3) the same on the mesh at rest; landmarks  m names or None;
     anchors  (m,) vertices that they carry; surface  the mesh's Surface.
     """
     # Hips, which go with the pelvis, are the third point of thighs that have two markers.
     rest, moving, names = with_hips(reference, markers, landmarks)
-    cuffs, refused, taken = [], {}, set(np.asarray(anchors).tolist())
+    cuffs, taken = [], set(np.asarray(anchors).tolist())
     vertices, triangles = surface.vertices, surface.triangles
     for name, members in sorted(places.segments(names).items()):
         if name.split(".")[0] not in LIMBS or len(members) < 3:
@@ -67,7 +67,6 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
         off = float(np.sqrt(squares.mean())) if len(squares) else np.inf
         error = off * np.sqrt(len(members)) / max(across, 1e-300)
         if not error < ROLL:
-            refused[name] = error
             continue
         along = (points - middle) @ axis
         middle = middle + 0.5 * (along.min() + along.max()) * axis
@@ -84,7 +83,7 @@ def find_cuffs(markers, reference, landmarks, anchors, surface):
             centres = moving[:, own].mean(axis=1) + np.einsum("fij,j->fi", turns, centre - rest[own].mean(axis=0))
             strength = LIMBS[name.split(".")[0]] - DOUBT * error
             cuffs.append(Cuff(name, np.array(chosen), centre, radius, strength, turns, centres))
-    return cuffs, refused
+    return cuffs
 
 
 def spread(points, held, count):

@@ -233,7 +233,7 @@ def _list_problems(take):
     """(how many problems a take has, of how many seconds gaps are none: what the mesh that uses it fills). The first
     MOST are on its list."""
     recording, obj = takes.read(take), marker_pairs.mesh_of_take(take)
-    longest = 1.0 if obj is None else max(obj.meanvalue.capture.spline_seconds, obj.meanvalue.capture.rigid_seconds)
+    longest = 1.0 if obj is None else obj.meanvalue.capture.rigid_seconds
     found = jumps.find_jumps(recording.positions, recording.rate_hz, recording.labels, take.meanvalue.is_skeleton)
     found = [(each.sample, each.marker, each.words, each.other) for each in found]
     for marker, label in enumerate(recording.labels):

@@ -27,7 +27,7 @@ LEAST_MARKERS = 3
 STILL, FAR = 1e-3, 0.5
 
 #: What a face needs of the options of Match Markers, which are for bodies.
-OF_FACES = {"pose_limbs": False, "use_cuffs": False, "mode": 'AS_CAPTURED', "is_of_body": False}
+OF_FACES = {"pose_limbs": False, "mode": 'AS_CAPTURED', "is_of_body": False}
 
 
 class HandleAnchors:
@@ -71,7 +71,7 @@ class MarkerAnchors:
 
     def __init__(self, obj, scene, options, _shapes):
         self._scene_name, self._options = scene.name, options
-        self._reference = match_input.reference_frame(obj)
+        self._reference = obj.meanvalue.capture.reference_frame
 
     def sample(self, find):
         """As of HandleAnchors. The object counts as it is in the reference frame, so that it may be baked again."""
