@@ -86,18 +86,12 @@ def test_a_part_of_a_person_keeps_its_size_and_what_nothing_holds_is_told(tmp_pa
     assert f"Nothing holds {'arms and legs' if is_leg else 'legs'}" in said and f"scaled by {scale:.3g}" in said
 
 
-def test_a_leg_that_nothing_holds_below_the_knee_is_told(tmp_path, capfd):
-    below = tuple(f"L{name}" for name in ("Shin", "AnkleOut", "Heel", "ToeIn", "ToeOut", "ToeTip"))
-    rows = [k for k, name in enumerate(NAMES) if name not in below]
-    matched(tmp_path, [NAMES[k] for k in rows], REST[rows])
-    assert "Nothing holds legs to their ends" in capfd.readouterr().out
-
-
-def test_a_mirrored_capture_is_told(tmp_path, capfd):
-    matched(tmp_path, NAMES, REST)
-    assert "feet point backward" not in capfd.readouterr().out
-    matched(tmp_path, NAMES, REST * [-1.0, 1.0, 1.0])
-    assert "feet point backward" in capfd.readouterr().out
+@pytest.mark.parametrize("side, words", [(1.0, "Nothing holds legs to their ends"), (-1.0, "feet point backward")])
+def test_a_leg_without_markers_below_its_knee_and_what_is_mirrored_are_told(tmp_path, capfd, side, words):
+    end = "LAnkleOut", *walking_figure.FOOT_LABELS["L"]
+    rows = [k for k, name in enumerate(NAMES) if side < 0.0 or name not in end]
+    matched(tmp_path, [NAMES[k] for k in rows], REST[rows] * [side, 1.0, 1.0])
+    assert words in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.46, 1.57])

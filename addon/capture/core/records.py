@@ -76,7 +76,8 @@ def _gather(node, records, names, refuse, key="", row=None):
     if isinstance(node, list) and node:
         is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single)) or all(map(_is_person, node))
         node = node[0] if is_only or node == names.get(len(node)) else node
-    row = 0 if row is None and isinstance(node, list) and _is_frame(node, key, names) else row
+    if row is None and isinstance(node, dict) and any(_is_frame(part, name, names) for name, part in node.items()):
+        row = 0
     if isinstance(node, list) and row is not None:
         node = _named(node, key, names)
     if isinstance(node, list) and row is None:
@@ -106,9 +107,9 @@ def _is_person(node):
 
 
 def _is_frame(node, key, names):
-    """Whether a list has the points of one frame: their numbers one after the other, lists of these, or places."""
-    if _kind(node) == len(node):
-        return "keypoint" in key
+    """Whether it is a list of the points of one frame: their numbers one after the other, lists of these, or places."""
+    if not isinstance(node, list) or _kind(node) == len(node):
+        return isinstance(node, list) and "keypoint" in key
     are_places = all(_kind(part) in (2, 3, 4) or (_kind(part) is dict and {"x", "y"} <= part.keys()) for part in node)
     return are_places and len(node) >= FEWEST and bool(POINTS.search(folded(key)) or len(node) in names)
 
