@@ -51,6 +51,11 @@ def problem(obj):
     return None
 
 
+def reference_frame(obj):
+    """The frame of the scene in which the person stands as the mesh does."""
+    return obj.meanvalue.capture.reference_frame
+
+
 def read(obj):
     """The MatchInput of a mesh object. @throws SceneError."""
     picked = _picked(obj)

@@ -71,7 +71,7 @@ class MarkerAnchors:
 
     def __init__(self, obj, scene, options, _shapes):
         self._scene_name, self._options = scene.name, options
-        self._reference = obj.meanvalue.capture.reference_frame
+        self._reference = match_input.reference_frame(obj)
 
     def sample(self, find):
         """As of HandleAnchors. The object counts as it is in the reference frame, so that it may be baked again."""
