@@ -77,14 +77,12 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
             collections, frames = self._make(context.scene, read)
         except MeanValueError as error:
             return self.refuse(error)
+        seen, scene = [each[take.measured.any(axis=1)] for take, each in zip(read, frames, strict=True)], context.scene
         if self.extend_range:
             # The end moves out, the start past what is empty at the start of all.
-            scene, spans = context.scene, [_seen_span(take) for take in read]
-            begin = min(each[span[0]] for each, span in zip(frames, spans, strict=True))
-            end = max(each[span[1]] for each, span in zip(frames, spans, strict=True))
-            scene.frame_end = max(scene.frame_end, math.ceil(end))
-            if scene.frame_start == self.start_frame < begin:
-                scene.frame_start = math.ceil(begin)
+            scene.frame_end = max(scene.frame_end, *(math.ceil(each[-1]) for each in seen))
+            begin = math.ceil(min(each[0] for each in seen))
+            scene.frame_start = begin if scene.frame_start == self.start_frame < begin else scene.frame_start
         # A mesh that is being worked on stays active and gets the take, if it has none; else the markers are selected.
         active = pose_objects.of(context.object) or context.object
         if active is None or active.type != 'MESH':
@@ -95,7 +93,7 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
                     empty.select_set(True)
         elif active.meanvalue.capture.take is None:
             active.meanvalue.capture.take = collections[0]
-        for take, collection, times in zip(read, collections, frames, strict=True):
+        for take, collection, times in zip(read, collections, seen, strict=True):
             self.tell(_account(take, collection, times), [])
         return {'FINISHED'}
 
@@ -143,21 +141,15 @@ class MEANVALUE_OT_import_motion(Reporting, ImportHelper, bpy.types.Operator):
         return made, frames
 
 
-def _seen_span(take):
-    """(first, last): numbers of the samples that show any marker."""
-    return take.measured.any(axis=1).nonzero()[0][[0, -1]].tolist()
-
-
-def _account(take, collection, frames):
-    """What was read of one file, in numbers: sentences."""
-    first, last = (frames[number] for number in _seen_span(take))
+def _account(take, collection, seen):
+    """What was read of one file, in numbers: sentences. seen: frames of the scene that show any marker."""
     gaps = sum(len(sample_times.runs(~column)) for column in take.measured.T)
     kinds = wording.listed(f"{len(names):,} {kind}" for kind, names in take.left_out.items())
     return [
         f"'{collection.name}': {wording.counted(len(takes.markers(collection)), 'marker')}, "
         f"{wording.counted(take.frames, 'sample')}, {(take.frames - 1) / take.rate_hz:.2f} s at {take.rate_hz:g} Hz",
         *([f"The file starts {take.start_s:g} s into its recording"] if take.start_s else []),
-        f"Markers are seen from frame {first:g} to {last:g}",
+        f"Markers are seen from frame {seen[0]:g} to {seen[-1]:g}",
         f"{wording.counted(gaps, 'gap')} ({wording.share(take.missing_share)} of the samples)" if gaps else "No gaps",
         *([f"Left out, since they are no markers: {kinds}"] if kinds else []),
         *take.notes,
