@@ -143,8 +143,10 @@ class BindInput:
     def move_in_planes(self, number, move):
         """Of a 4 x 4 `move` of a handle, by its number, what is the same on both sides of the planes that it lies
         across; an uneven one as it is."""
+        if self.planes is None:
+            return move
         own = self.anchors[self.handles == number]
-        planes = () if self.planes is None else self.planes[np.isin(self.twins[:, own], own).any(axis=1)]
+        planes = self.planes[np.isin(self.twins[:, own], own).any(axis=1)]
         return motion.in_planes(move, self.rest[own].mean(axis=0, dtype=np.float64), planes)
 
     @cached_property

@@ -38,9 +38,11 @@ def in_planes(move, middle, planes):
     """Of a 4 x 4 motion of what lies around `middle`, (3,), what is the same on both sides of p x 4 planes (unit normal
     and distance, at right angles): its scale, the nearest turn that commutes with the reflections, and what moves the
     middle along them: a head that is turned aside stays as it is, and one that nods does. An uneven one as it is."""
+    if move is IDENTITY or not np.isfinite(move).all():
+        return move
     size = np.cbrt(np.linalg.det(move[:3, :3]))
     is_even = size != 0.0 and np.abs(move[:3, :3] @ move[:3, :3].T - size**2 * np.eye(3)).max() <= EVEN * size**2
-    for normal, distance in ((plane[:3], plane[3]) for plane in planes if is_even and move is not IDENTITY):
+    for normal, distance in ((plane[:3], plane[3]) for plane in planes if is_even):
         flip = np.eye(3) - 2.0 * np.outer(normal, normal)
         middle = middle - (normal @ middle - distance) * normal
         goal = apply(move, middle)
