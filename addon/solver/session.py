@@ -196,17 +196,15 @@ def _held(mesh, bind_input):
     """(anchors, arguments) for the solver, to whom a soft border is one more soft handle."""
     anchors, handles, strengths, border = mesh.anchors, mesh.handles, mesh.strengths, mesh.border
     if border is not None:
-        if strengths is None:
-            strengths = np.full(len(handles), np.inf)
-        strengths = np.concatenate([strengths, mesh.border_strengths])
-        handles = np.concatenate([handles, np.full(len(border), handles.max(initial=-1) + 1, np.int32)])
-        anchors = np.concatenate([anchors, border])
+        strengths = np.append(np.full(len(handles), np.inf) if strengths is None else strengths, mesh.border_strengths)
+        handles = np.append(handles, np.full(len(border), handles.max(initial=-1) + 1, np.int32))
+        anchors = np.append(anchors, border)
     return anchors, {
         "handles": handles,
         "rigidity": bind_input.rigidity,
         "stiffness": mesh.stiffness,
-        **({} if strengths is None else {"strengths": strengths}),
-        **({} if border is None else {"border": len(border)}),
+        "strengths": strengths,
+        "border": 0 if border is None else len(border),
     }
 
 
