@@ -20,6 +20,7 @@ class SolverMesh(whole_mesh.WholeMesh):
     roi        N bool: may move where all copies may
     anchors    K int32, ascending
     handles    K int32: images of a handle are handles of their own, but one with it if they share a vertex
+    owners     K int32: number of the mesh's own handle that leads there
     stiffness  N float64 or None
     strengths  K float64 or None: as if all of it had been read
     border     vertex numbers of a soft border, and border_strengths, likewise
@@ -33,6 +34,7 @@ class SolverMesh(whole_mesh.WholeMesh):
         if self.is_plain:
             for name in ("roi", "anchors", "handles", "stiffness", "strengths", "border", "border_strengths"):
                 setattr(self, name, getattr(bind_input, name))
+            self.owners = self.handles
             self._share_out()
             return
         self.roi = (np.bincount(self._merged, ~bind_input.roi) == 0)[self._source]
@@ -80,6 +82,7 @@ class SolverMesh(whole_mesh.WholeMesh):
         parts = point_sets.parts(joined, len(self._turns) * count)
         labels = parts[labels]
         self.handles = np.unique(labels[leaders], return_inverse=True)[1].astype(np.int32)
+        self.owners = owners[leaders]
         self.strengths = None
         if of.strengths is not None:  # a handle's spring is shared out among the vertices that it has
             scale = np.bincount(of.handles)[owners[leaders]] / np.bincount(self.handles)[self.handles]

@@ -16,7 +16,6 @@ from ...posing.live.follower import Follower
 from ...scene import actions, key_marks, mesh_arrays, object_model, shape_keys, vertex_groups
 from ...scene.core import welding
 from ...scene.core.key_shapes import KeyShapes
-from ...scene.core.whole_mesh import reflection
 from ...scene.key_marks import Role
 from ...solver import session
 from ...solver.core import result
@@ -134,46 +133,36 @@ class DriveInput:
         return self.bind_input.diagonal
 
     @cached_property
-    def _images(self):
-        """[(k bool: which anchors have an image that is no anchor itself, vertex indices of these, matrix, vector)]"""
-        of = self.bind_input
-        found = []
-        for plane, twins in zip(of.planes, of.twins, strict=True) if of.planes is not None else ():
-            twin = twins[of.anchors]
-            is_seen = (twin >= 0) & ~np.isin(twin, of.anchors)
-            found.append((is_seen, twin[is_seen], *reflection(plane)))
-        return found
+    def _own(self):
+        """Which anchors of what goes to the solver are vertices of the mesh: those of handles, and their images."""
+        mesh = self.bind_input.solver_mesh
+        return np.flatnonzero(np.isin(mesh.anchors, mesh.places))
 
     @property
     def anchors(self):
-        """K vertex indices: the handles', behind them their images."""
-        return np.concatenate([self.bind_input.anchors, *(vertices for _, vertices, _, _ in self._images)])
+        """K vertex indices."""
+        mesh = self.bind_input.solver_mesh
+        return mesh.values(np.arange(len(self.bind_input.rest)))[mesh.anchors[self._own]]
 
     @property
     def handles(self):
         """K: number of the handle that each anchor, or what it mirrors, belongs to."""
-        handles = self.bind_input.handles
-        return np.concatenate([handles, *(handles[seen] for seen, _, _, _ in self._images)])
+        return self.bind_input.solver_mesh.owners[self._own]
 
     def targets(self, positions):
         """(..., K, 3) targets of all anchors, made of those of the handles' anchors, (..., k, 3)."""
-        images = (positions[..., seen, :] @ matrix.T + vector for seen, _, matrix, vector in self._images)
-        return np.concatenate([positions, *images], axis=-2)
+        return self.bind_input.solver_mesh.targets(positions)[..., self._own, :]
 
     def weights(self, counts=None):
         """(..., K): how much each counts; counts: (..., k), from 0 to 1, of the handles' anchors, None for all."""
-        handles = self.bind_input.handles
-        weights = 1.0 / np.bincount(handles)[handles]
-        weights = weights if counts is None else weights * counts
-        return np.concatenate([weights, *(weights[..., seen] for seen, _, _, _ in self._images)], axis=-1)
+        weights, counts = 1.0 / np.bincount(self.handles)[self.handles], self.bind_input.solver_mesh.weights(counts)
+        return weights if counts is None else weights * counts[..., self._own]
 
     def farthest(self, residuals):
         """(number of the handle, distance): the handle that is missed the most, by the mean of (K, 3) residuals."""
-        handles = self.bind_input.handles
-        distances = np.linalg.norm(residuals[: len(handles)], axis=1)
-        means = np.bincount(handles, distances) / np.maximum(np.bincount(handles), 1)
-        number = int(means.argmax())
-        return number, float(means[number])
+        counts = np.maximum(np.bincount(self.handles), 1)
+        means = np.bincount(self.handles, np.linalg.norm(residuals, axis=1)) / counts
+        return int(means.argmax()), float(means.max())
 
 
 REFUSED = "The shape keys cannot be driven by these handles: {}"
