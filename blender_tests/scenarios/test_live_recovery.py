@@ -85,6 +85,24 @@ def test_a_pin_of_the_artists_own_group_is_removed():
     assert follows(obj, (2, 0, 0), TOP)
 
 
+@pytest.mark.parametrize("way", ["removed", "deleted", "off"])
+def test_the_mesh_is_at_rest_once_nothing_holds_it(way):
+    obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    control = steps.add_handle(obj, "Top", TOP, live=True)
+    update()
+    move(control, (1.0, 0.0, 0.0))
+    assert follows(obj, (1, 0, 0))
+    if way == "removed":
+        steps.run(obj, "remove_handle")
+    elif way == "deleted":
+        control.users_collection[0].objects.unlink(control)
+    else:
+        obj.meanvalue.handles[0].is_enabled = False
+    obj.update_tag()
+    update()
+    assert handles.is_at_rest(obj)
+
+
 def test_handles_reordered_by_a_script():
     obj, control, _middle = three_handles()
     obj.meanvalue.handles.move(2, 0)

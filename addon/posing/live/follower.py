@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 
 from ... import wording
+from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
 from ...scene import actions, along, key_marks, mesh_arrays, rig_space, shape_keys, views
@@ -90,6 +91,16 @@ class Follower(Following):
         self._drag = session.Drag(answer=self._drag.answer, drafted=self._drag.drafted)
 
     # Posing
+
+    def _read(self, obj, is_quiet, compares):
+        try:
+            super()._read(obj, is_quiet, compares)
+        except SceneError:
+            if scene_input.unheld_problem(obj) and self._drag.answer is not None and self._has_key(obj):
+                self._held(obj)
+                self._drag = session.Drag()
+                self._write(obj, shape_keys.rest_positions(obj.data))  # handles that are gone pose nothing
+            raise
 
     def _read_targets(self, obj):
         if self._shown is None:  # what was edited must not be bound unasked
