@@ -106,13 +106,14 @@ def _begin(ui, make=handles.tube):
     return bpy.data.objects["Tube"], bpy.data.objects["Tube Top"]
 
 
-def _amid_a_solve(ui, control, act, seconds=2.5):
-    """act(), while the mesh follows a move by 1 in X that takes longer; goes on after so many seconds."""
+def _amid_a_solve(ui, control, act, obj=None):
+    """act(), while the mesh follows a move by 1 in X that takes longer; goes on when that is over and `obj` settled."""
     with slowly(0.6):
         control.location.x += 1.0
         yield from ui.pause(0.2)
         act()
-        yield from ui.pause(seconds)
+        yield from ui.pause(0.8)
+        yield from ui.wait_until(lambda: obj is None or is_settled(obj), "it is settled")
 
 
 def _assert_followed(obj):
@@ -131,7 +132,7 @@ def another_mesh_during_a_solve(ui):
     for key in other.shape_keys.key_blocks:
         for point, base in zip(key.data, other.shape_keys.reference_key.data, strict=False):
             point.co = base.co
-    yield from _amid_a_solve(ui, control, lambda: setattr(obj, "data", other))
+    yield from _amid_a_solve(ui, control, lambda: setattr(obj, "data", other), obj)
     off = handles.shown(obj) - handles.rest(obj)
     assert np.abs(off[:, 1]).max() < 1e-3, np.abs(off).max(axis=0)
 
@@ -150,7 +151,7 @@ def renamed_during_a_solve(ui):
     def rename():
         obj.name, twin.name = "Gone", "Tube"
 
-    yield from _amid_a_solve(ui, control, rename)
+    yield from _amid_a_solve(ui, control, rename, obj)
     moved = np.abs(handles.shown(twin) - handles.rest(twin)).max()
     assert moved < 1e-5, moved
     _assert_followed(obj)
@@ -163,11 +164,11 @@ def undo_during_a_solve(ui):
         ui.remember()
         yield from ui.pause(0.2)
         yield from ui.undo()
-        yield from ui.pause(2.5)
+        yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is settled")
         obj = bpy.data.objects["Tube"]
         assert abs(_offset(obj)[0]) < 1e-3, _offset(obj)
         yield from ui.redo()
-        yield from ui.pause(2.5)
+        yield from ui.wait_until(lambda: is_settled(bpy.data.objects["Tube"]), "it is settled")
         _assert_followed(bpy.data.objects["Tube"])
 
 
@@ -179,15 +180,15 @@ def edited_during_a_solve(ui):
         bpy.ops.object.mode_set(mode='EDIT')
 
     with slowly(0.6):
-        yield from _amid_a_solve(ui, control, edit, 0.1)
+        yield from _amid_a_solve(ui, control, edit)
         bpy.ops.object.mode_set(mode='OBJECT')
-        yield from ui.pause(3.5)
+        yield from ui.wait_until(lambda: is_settled(obj), "it is settled")
     _assert_followed(obj)
 
 
 def deleted_during_a_solve(ui):
     obj, control = yield from _begin(ui)
-    yield from _amid_a_solve(ui, control, lambda: bpy.data.objects.remove(obj), 1.5)
+    yield from _amid_a_solve(ui, control, lambda: bpy.data.objects.remove(obj))
     assert "Tube" not in bpy.data.objects
 
 

@@ -4,7 +4,7 @@
 import json
 
 import pytest
-from harness import acting, listing, process
+from harness import acting, process
 
 
 @pytest.fixture
@@ -38,10 +38,6 @@ def test_crash_is_told_with_its_step_and_leaves_the_rest(judged):
     assert "SIGSEGV" in problems["first"] and "at the step: key G" in problems["first"]
 
 
-def test_failure_to_start_is_told(judged):
-    assert "no display" in judged([], "no display\n", "Blender ended with status 1")["first"]
-
-
 def test_forgotten_act():
     @acting.act
     def press():
@@ -52,9 +48,3 @@ def test_forgotten_act():
     press()
     assert acting.forgotten == ["press"]
     acting.forgotten.clear()
-
-
-def test_helpers_are_no_scenarios(tmp_path):
-    path = tmp_path / "some_file.py"
-    path.write_text("def _helper(ui): ...\ndef other(ui, more): ...\ndef scenario(ui): ...\n")
-    assert listing.scenarios(path) == ["scenario"]
