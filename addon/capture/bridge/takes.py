@@ -100,16 +100,10 @@ def of_marker(obj):
 def chosen(context):
     """The take that the artist works on: of the active marker, else of the active mesh, else the only one; or None."""
     active = pose_objects.of(context.object) or context.object
-    if active is not None:
-        own = of_marker(active)
-        if own is not None:
-            return own
-        if active.meanvalue.capture.take is not None:
-            return active.meanvalue.capture.take
-        if active.parent is not None and active.parent.meanvalue.capture.take is not None:
-            return active.parent.meanvalue.capture.take
+    meshes = [] if active is None else [active, *([active.parent] if active.parent else [])]
+    own = next(filter(None, [of_marker(active), *(each.meanvalue.capture.take for each in meshes)]), None)
     found = [collection for collection in bpy.data.collections if is_take(collection)]
-    return found[0] if len(found) == 1 else None
+    return own or (found[0] if len(found) == 1 else None)
 
 
 def read(collection):
