@@ -124,8 +124,8 @@ class MEANVALUE_PG_capture(bpy.types.PropertyGroup):
     )
     mesh_size: FloatProperty(description="Bounding-box diagonal of the mesh that was matched", options={'HIDDEN'})
     rigid_seconds: FloatProperty(
-        name="Fill Gaps up to",
-        description="Shorter gaps are filled from how the marker and its neighbors move; longer ones free the handle",
+        name="Fill Gaps",
+        description="Gaps up to this long are filled as the marker and its neighbors move; longer ones free the handle",
         default=1.0,
         min=0.0,
         soft_max=5.0,

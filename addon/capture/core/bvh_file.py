@@ -211,10 +211,8 @@ def _rate(text):
     rate = usable_rate(1.0 / seconds) if seconds else None
     if rate is None:
         return None
-    digits = re.fullmatch(r"\d*\.(\d+)", text)
-    rounding = min(0.51 * 10.0 ** -len(digits.group(1)), 2e-3 * seconds) if digits else 0.0
-    whole = round(rate)
+    digits, whole = len(text.partition(".")[2]), max(1, round(rate))
     for meant in (whole, whole / 1.001):  # 29.97 and the like are film's and television's
-        if meant and abs(1.0 / meant - seconds) <= rounding:
+        if round(1.0 / meant, digits) == round(seconds, digits) and abs(meant / rate - 1.0) < 2e-3:
             return float(meant)
     return rate
