@@ -88,10 +88,6 @@ def test_solution_vertices_are_read_only_and_outlive_the_solution():
         (lambda: solved(strengths=[]), "strengths is empty"),
         (lambda: solved(method="quick"), "method is 'quick'"),
         (lambda: solved(loose="fall"), "loose is 'fall'"),
-        (lambda: compared("laplacian_surface_editing", rounds=0), "rounds is 0"),
-        (lambda: compared("pyramid", sweeps=-1), "sweeps is -1"),
-        (lambda: compared("arap", iterations=-1), "iterations is -1"),
-        (lambda: compared("arap", tolerance=0.0), "tolerance is 0"),
     ],
 )
 def test_bad_input_is_refused_by_name(action, text):
@@ -201,16 +197,6 @@ def _wait_without_letting_go(task):
         assert time.monotonic() < until
 
 
-def test_two_tasks_on_one_deformer_and_one_that_is_dropped():
-    deformer = meanvalue.Deformer(VERTICES, TRIANGLES, ENDS)
-    targets = bent_targets()
-    expected = deformer.solve(targets).vertices
-    deformer.start_solve(targets)
-    tasks = [deformer.start_solve(targets) for _ in range(3)]
-    del deformer
-    assert all(np.array_equal(task.result().vertices, expected) for task in tasks)
-
-
 @pytest.mark.parametrize("seconds", [0.0, 1e9, float("inf")])
 def test_waiting_for_a_task(seconds):
     task = meanvalue.start_bind(VERTICES, TRIANGLES, ENDS)
@@ -268,52 +254,6 @@ def test_options_are_those_of_a_bind_and_the_earlier_deformer_stays():
         assert np.array_equal(deformer.solve(targets).vertices, fresh.vertices)
         assert deformer.report.anchor_count == 12
     assert np.array_equal(earlier.solve(targets[:3]).vertices, before)
-
-
-def test_what_is_wrong_when_bound_again_is_told_as_by_a_fresh_bind():
-    earlier = meanvalue.Deformer(VERTICES, TRIANGLES, [0, 5], method="paper")
-    with pytest.raises(meanvalue.InvalidInput, match="vertex -1"):
-        earlier.rebind([0, -1])
-    with pytest.raises(meanvalue.InvalidInput, match="handles has 1 numbers"):
-        earlier.rebind([0, 5], handles=[0], rigidity=None)
-    with pytest.raises(meanvalue.InvalidInput, match="only method 'fast' has soft anchors"):
-        earlier.rebind([0, 5], strengths=[1.0, 1.0])
-
-
-# -- methods to compare with; their mathematics is tested in C++ -------------------------------------------------------
-
-
-baselines = pytest.importorskip("meanvalue.baselines", reason="built without methods to compare with")
-METHODS = ["laplacian", "laplacian_surface_editing", "pyramid", "arap", "rotation_invariant"]
-
-
-def method(name):
-    return getattr(baselines, name)
-
-
-def compared(name, **options):
-    return method(name)(VERTICES, TRIANGLES, ENDS, bent_targets(), **options)
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_one_calling_form(name):
-    targets = bent_targets()
-    deformed = method(name)(VERTICES, TRIANGLES, ENDS, targets)
-    assert deformed.shape == VERTICES.shape and deformed.dtype == np.float64 and deformed.flags.c_contiguous
-    assert np.array_equal(deformed[ENDS], targets)
-    assert np.isfinite(deformed).all()
-    keywords = {"roi": np.ones(len(VERTICES), bool), "threads": 1, "execution": meanvalue.Execution()}
-    again = method(name)(vertices=VERTICES, faces=TRIANGLES, anchors=ENDS, targets=targets, **keywords)
-    assert np.array_equal(again, deformed)
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_the_interpreter_runs_while_any_method_solves(name):
-    vertices, triangles = tube(150, 120)
-    anchors = np.r_[0:150, len(vertices) - 150 : len(vertices)]
-    assert cancelled_while_solving(
-        lambda execution: method(name)(vertices, triangles, anchors, 2 * vertices[anchors], execution=execution)
-    )
 
 
 def test_what_is_worn_follows():

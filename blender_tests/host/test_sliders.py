@@ -103,19 +103,6 @@ def test_noise_moves_few_sliders(head):
     assert np.abs(ours).mean() < 0.8 * np.abs(plain).mean()
 
 
-def test_missing_targets_and_outliers_are_told_and_not_followed(head):
-    values = few_values(6)
-    targets = moved(mixed(head, values)) + np.random.default_rng(4).normal(size=(ANCHORS, 3)) * 0.01
-    targets[::10] = np.nan
-    targets[[7, 23]] += [[2, -1, 3], [-1, 4, 1]]
-    found = meanvalue.SliderFit(*head).solve(targets)
-    assert np.flatnonzero(found.outliers).tolist() == [7, 23]
-    assert np.isnan(found.residuals[::10]).all()
-    assert np.isfinite(found.residuals[1::10]).all()
-    assert np.abs(found.residuals[[7, 23]]).max() > 1
-    assert np.abs(found.values - values).max() < 0.05
-
-
 def test_weights_say_which_targets_count(head):
     values = few_values(8)
     targets = mixed(head, values)
@@ -136,16 +123,6 @@ def test_a_sequence_is_as_smooth_as_its_values(head):
     jitter, of_truth, of_each = (np.abs(np.diff(of, 2, axis=0)).mean() for of in (smooth, values, alone))
     assert jitter < 0.5 * of_each
     assert jitter < 10 * of_truth
-
-
-def test_gaps_of_a_sequence_are_filled_from_the_frames_beside_them(head):
-    values, targets = motion(head, noise=0.005)
-    targets[20:24] = np.nan
-    targets[:2, 2:] = np.nan
-    found = meanvalue.SliderFit(*head).solve_sequence(targets)
-    assert np.abs(found.values[20:24] - values[20:24]).max() < 0.1
-    assert np.isnan(found.residuals[20:24]).all()
-    assert np.isfinite(found.transform).all()
 
 
 def test_threads_do_not_change_a_bit(head):

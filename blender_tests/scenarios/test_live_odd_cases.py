@@ -74,16 +74,6 @@ def test_duplicate_removed_original_gives_up_control(status):
     assert status(twin)[1] is False and follows(twin, (1, 0, 0)), status(twin)
 
 
-def test_choosing_a_control_for_an_object_scaled_to_nothing(capfd):
-    obj, _control = handles.tube(live=False)
-    obj.scale = (0, 0, 0)
-    update()
-    other = meshes.new_object("Other")
-    obj.meanvalue.handles["Top"].control = other
-    err = capfd.readouterr()
-    assert "Traceback" not in err.out + err.err, (err.out + err.err)[-400:]
-
-
 def test_a_mesh_emptied_while_live(status):
     obj, control = handles.tube()
     move(control, (1.0, 0.0, 0.0))

@@ -34,11 +34,11 @@ def c3d(labels, positions, *, rate=100.0, unit="mm", screen=("+X", "+Z"), proces
     values.update(point or {})
     if analog:
         groups = {"ANALOG": {"USED": analog, "RATE": float(rate)}, **(groups or {})}
-    section = _parameter_section({"POINT": values, **(groups or {})}, processor, 0)
+    section = _parameter_section({"POINT": values, **(groups or {})}, processor)
     data_start = 2 + len(section) // BLOCK
     if values["DATA_START"] == 0:
         values["DATA_START"] = data_start
-        section = _parameter_section({"POINT": values, **(groups or {})}, processor, 0)
+        section = _parameter_section({"POINT": values, **(groups or {})}, processor)
     samples = _samples(positions, scale, residuals, analog, processor)
     head = _header(points, analog, first_frame, frames, scale, data_start, rate, processor, header or {})
     return head + section + _padded(samples)
@@ -88,7 +88,7 @@ def _float(values, processor):
     return values.astype(">f4" if processor == "SGI" else "<f4").tobytes()
 
 
-def _parameter_section(groups, processor, empty_blocks):
+def _parameter_section(groups, processor):
     raw = b""
     for number, (group, values) in enumerate(groups.items(), 1):
         raw += _entry(group, -number, b"\0", processor)
@@ -96,7 +96,7 @@ def _parameter_section(groups, processor, empty_blocks):
             if value is not None:
                 raw += _entry(name, number, _value(value, processor) + b"\0", processor)
     raw += b"\0\0"
-    blocks = -(-(len(raw) + 4) // BLOCK) + empty_blocks
+    blocks = -(-(len(raw) + 4) // BLOCK)
     return (bytes((1, 0x50, min(blocks, 255), PROCESSORS[processor])) + raw).ljust(blocks * BLOCK, b"\0")
 
 

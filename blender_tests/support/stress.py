@@ -86,19 +86,6 @@ def made_cases():
     ]
 
 
-def model_cases(path):
-    """Of a mesh file: minutes, not seconds."""
-    from blender_tests.support import mesh_files
-
-    mesh = mesh_files.read_triangles(path)
-    return [
-        case(f"{path.name}, fast", *mesh),
-        case(f"{path.name}, fast, rigidity 1", *mesh, rigidity=1.0),
-        case(f"{path.name}, paper", *mesh, method="paper"),
-        case(f"{path.name}, full", *mesh, method="full", solve={"max_iterations": 2}),
-    ]
-
-
 class Alone:
     """What everything gives where nothing else runs; to be made before the first thread is started."""
 
@@ -214,9 +201,8 @@ def main():
     parser.add_argument("--threads", type=int, nargs="+", default=[2, 4, 6])
     parser.add_argument("--rounds", type=int, default=100, help="for each number of threads")
     parser.add_argument("--seconds", type=float, default=600.0, help="the most for each number of threads")
-    parser.add_argument("--model", type=pathlib.Path, help="a mesh file instead of made meshes")
     arguments = parser.parse_args()
-    alone = Alone(model_cases(arguments.model) if arguments.model else made_cases())
+    alone = Alone(made_cases())
     for threads in arguments.threads:
         print(json.dumps(stress(alone, threads, arguments.rounds, arguments.seconds)), flush=True)
 
