@@ -31,7 +31,7 @@ class MEANVALUE_OT_add_corrective(BackgroundOperator, bpy.types.Operator):
         return Corrective(obj)
 
     def finish(self, obj, prepared, outcome):
-        return f"Shape key '{prepared.write(obj, outcome)}' of '{obj.name}' adds what sliders do not reach", []
+        return f"Shape key '{prepared.write(obj, outcome[0])}' of '{obj.name}' adds what sliders do not reach", []
 
 
 class MEANVALUE_OT_import_values(MeshOperator, ImportHelper, bpy.types.Operator):

@@ -12,7 +12,7 @@ from ...scene import declarations, kept, mesh_arrays, mirrors, object_model, sha
 from ...scene.core import welding, whole_mesh
 from ...scene.core.point_sets import require_finite
 from ...solver import session
-from ...solver.core import fingerprint
+from ...solver.core import fingerprint, result
 from ..core.bind_input import BindInput, anchor_layout, soft_border, spring_strengths
 from . import controls, examples, limbs, members, orphans, region, targets
 
@@ -174,14 +174,15 @@ class Posing:
         self._triangles = mesh_arrays.triangles(obj.data, *shape) if is_new else None
 
     def work(self, execution):
-        """Steps (see solver/job.py) to (n x 3 positions, native solution), None if bound. @throws MeanValueError."""
+        """Steps (see solver/job.py) to (n x 3 float32, native solution), None if bound. @throws MeanValueError."""
         if self.binding is None:
             self.binding = yield from session.bind_steps(self.bind_input, self._triangles, execution, known=self._known)
             self._triangles = self._known = None
         if self.targets is None:
             return None
         drag = session.begin_drag(self.binding, self.bind_input, self._start)
-        return (yield from session.solve_steps(drag, self.targets, settle=True, execution=execution))
+        solved, solution = yield from session.solve_steps(drag, self.targets, settle=True, execution=execution)
+        return result.compose(self.bind_input, self.targets.positions, solved), solution
 
     def record(self, obj):
         """Keeps the binding for the session, and tells the file of it."""

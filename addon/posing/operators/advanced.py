@@ -135,17 +135,16 @@ class SolvingOperator(BackgroundOperator):
     doing = "Solving"
 
     def finish(self, obj, posing, outcome):
-        solved, solution = outcome
-        positions = posing.targets.positions
+        shape, solution = outcome
         warnings = [
             *posing.binding.notes,
-            *result.pose_warnings(posing.bind_input, positions),
+            *result.pose_warnings(posing.bind_input, posing.targets.positions),
             *targets.held_back_notes(posing.targets.held_back),
         ]
         if not solution.converged:
             why = f"It stopped before it had converged ({solution.stop_reason})"
             warnings.append(f"{why}. Look at the shape, or move handles less")
-        notes = along.write_result(obj, result.compose(posing.bind_input, positions, solved))
+        notes = along.write_result(obj, shape)
         posing.record(obj)
         return ". ".join([f"Solved into '{obj.meanvalue.result_key}'", *notes, *subject.sharing_notes(obj)]), warnings
 

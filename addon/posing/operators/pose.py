@@ -14,7 +14,6 @@ from ...scene.key_marks import Role
 from ...scene.pose_object_making import remove_bare
 from ...scene.pose_objects import shown
 from ...solver import session
-from ...solver.core import result
 from ...widgets.background import BackgroundOperator
 from ..bridge import control_places, controls, examples, key_poses, new_handles, region, scene_input, targets
 from ..bridge.scene_input import CONTROLS, Posing
@@ -32,11 +31,8 @@ class SettledOperator(BackgroundOperator):
 
     def finish(self, obj, prepared, outcome):
         if prepared is not None:
-            solved, _solution = outcome
             session.remember(prepared.bind_input, prepared.binding)
-            goal = prepared.targets
-            composed = result.compose(prepared.bind_input, goal.positions, solved)
-            along.write_result(obj, composed)
+            along.write_result(obj, outcome[0])
         elif not _is_settled(obj):
             raise SceneError(f"A handle of '{obj.name}' was moved meanwhile. Try again")
         return self.use(obj)

@@ -18,7 +18,6 @@ from ...scene.core import welding
 from ...scene.core.key_shapes import KeyShapes
 from ...scene.key_marks import Role
 from ...solver import session
-from ...solver.core import result
 from . import key_shapes
 
 SHAPE, KEYS = 'SHAPE', 'SHAPE_KEYS'
@@ -72,38 +71,32 @@ def chosen(obj):
 NOTHING = 1e-5
 
 
-class Corrective:
-    """Poses the mix of the sliders by the handles, in place of a Posing for widgets/background.py. Pose Like has no
-    say: the mix is what the mesh is to look like."""
+class Corrective(scene_input.Posing):
+    """Poses the mix of the sliders by the handles. Pose Like has no say: the mix is what the mesh is to look like."""
+
+    binding = _known = _start = None
 
     def __init__(self, obj):
         """@throws SceneError."""
         self._held = scene_input.gather(obj, to_bind=False)
-        self._targets = targets.gather(obj, self._held)
+        self.targets = targets.gather(obj, self._held)
         shapes = key_shapes.gather(obj)
-        self._mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
-        copies = welding.together(self._held.copies, [self._mix], obj.meanvalue.merge_distance)
-        self._bind_input = dataclasses.replace(self._held, rest=self._mix, copies=copies)
-        self._bind_input.check()
-        self._triangles = mesh_arrays.triangles(obj.data, self._mix)
-
-    def work(self, execution):
-        """Steps (see solver/job.py) to the n x 3 float32 shape in which handles are met. @throws MeanValueError."""
-        binding = yield from session.bind_steps(self._bind_input, self._triangles, execution)
-        drag = session.begin_drag(binding, self._bind_input)
-        solved, _summary = yield from session.solve_steps(drag, self._targets, settle=True, execution=execution)
-        return result.compose(self._bind_input, self._targets.positions, solved)
+        mix = shapes.mixed(key_shapes.values(obj, shapes.names)).astype(np.float32)
+        copies = welding.together(self._held.copies, [mix], obj.meanvalue.merge_distance)
+        self.bind_input = dataclasses.replace(self._held, rest=mix, copies=copies)
+        self.bind_input.check()
+        self._triangles = mesh_arrays.triangles(obj.data, mix)
 
     def require_unchanged(self, obj):
         """@throws ChangedMeanwhileError if handles, keys or their values are others by now."""
         now = Corrective(obj)
-        is_same = now._held.fingerprint == self._held.fingerprint and np.array_equal(now._mix, self._mix)
-        if not is_same or not now._targets.is_near(self._targets, 0.0):
+        is_same = now.bind_input.fingerprint == self.bind_input.fingerprint and now.targets.is_near(self.targets, 0.0)
+        if not is_same or now._held.fingerprint != self._held.fingerprint:
             raise ChangedMeanwhileError(obj.name)
 
     def write(self, obj, shape):
         """The name of the key, shown fully, which is relative to the rest shape. @throws SceneError."""
-        offset = shape - self._mix
+        offset = shape - self.bind_input.rest
         if np.abs(offset).max(initial=0.0) <= NOTHING * self._held.diagonal:
             raise SceneError("The shape keys reach all handles, so there is nothing left for a corrective")
         keys = obj.data.shape_keys
