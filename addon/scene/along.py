@@ -260,7 +260,6 @@ def remove_pose(*objects):
     """Takes their result keys away, with the Basis if that was made for them."""
     for each in objects:
         shape_keys.remove(each, key_marks.pose_names(each))
-        shape_keys.remove_lone_basis(each)
 
 
 def release(obj):

@@ -29,13 +29,6 @@ def make_basis(obj):
     obj.data.shape_keys[MADE] = True
 
 
-def remove_lone_basis(obj):
-    """Takes the last key away, if it is the Basis and the add-on made it."""
-    keys = obj.data.shape_keys
-    if keys is not None and len(keys.key_blocks) == 1 and keys.get(MADE):
-        obj.shape_key_clear()
-
-
 def positions(key):
     """n x 3 float32 of one shape key."""
     return mesh_arrays.coordinates(*compat.key_store(key))
@@ -247,7 +240,8 @@ def add_shape(obj, name, shape):
 
 
 def remove(obj, names):
-    """Takes away the shape keys `names` that are there, with what drives them. The active key stays active."""
+    """Takes away the shape keys `names` that are there, with what drives them, and a Basis that was made for them. The
+    active key stays active."""
     keys = obj.data.shape_keys
     if keys is None:
         return
@@ -261,6 +255,8 @@ def remove(obj, names):
             _remove_from_edit_mode(obj.data, name)
     if active_name in keys.key_blocks:
         obj.active_shape_key_index = keys.key_blocks.find(active_name)
+    if len(keys.key_blocks) == 1 and keys.get(MADE):
+        obj.shape_key_clear()
 
 
 def _remove_from_edit_mode(mesh, name):

@@ -142,7 +142,6 @@ def take_back(obj):
         if keys.animation_data is not None and keys.animation_data.action is not None and len(curves) == 0:
             actions.remove_action(keys)
         shape_keys.remove(obj, names)
-        shape_keys.remove_lone_basis(obj)
     muted = json.loads(record.muted or "[]")
     values = muted if isinstance(muted, dict) else {}  # in older files, where values stayed
     for name in muted if obj.data.shape_keys is not None else ():
@@ -164,7 +163,6 @@ def keep(obj):
     key = shape_keys.result(obj)
     if key is not None and {"", key.name}.intersection(names_in(record.muted)) and keys.use_relative:
         shape_keys.remove(obj, [key.name])
-        shape_keys.remove_lone_basis(obj)
     declarations.clear(record)
 
 
