@@ -239,6 +239,17 @@ def add_shape(obj, name, shape):
     return key
 
 
+def write_only(obj, role, key, name, shape):
+    """Writes n x 3 float32 to the key of a role that a mesh has one of, which is shown fully: `key`, or a new one that
+    is called `name`. Returns it."""
+    key = key or add_shape(obj, name, shape)
+    key.slider_min = key_marks.mark(role)
+    key_marks.claim(key)
+    write_positions(obj.data, key, shape)
+    show_fully(obj.data.shape_keys, key)
+    return key
+
+
 def remove(obj, names):
     """Takes away the shape keys `names` that are there, with what drives them, and a Basis that was made for them. The
     active key stays active."""

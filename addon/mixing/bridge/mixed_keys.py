@@ -69,11 +69,8 @@ def problem(obj):
 
 def make_key(obj):
     """Makes the key that turns the mix, shown fully. It is in the rest shape: it adds nothing yet."""
-    mark = key_marks.mark(Role.MIX)
-    key = shape_keys.unmarked(obj, Role.MIX, ids.MIX_KEY, mark)
-    key = key or shape_keys.add_shape(obj, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
-    key.slider_min = mark
-    shape_keys.show_fully(obj.data.shape_keys, key)
+    last = shape_keys.unmarked(obj, Role.MIX, ids.MIX_KEY, key_marks.mark(Role.MIX))
+    shape_keys.write_only(obj, Role.MIX, last, ids.MIX_KEY, shape_keys.rest_positions(obj.data))
 
 
 def carry_over():

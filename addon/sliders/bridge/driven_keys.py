@@ -99,14 +99,8 @@ class Corrective(scene_input.Posing):
         offset = shape - self.bind_input.rest
         if np.abs(offset).max(initial=0.0) <= NOTHING * self._held.diagonal:
             raise SceneError("The shape keys reach all handles, so there is nothing left for a corrective")
-        keys = obj.data.shape_keys
-        points = self._held.rest + offset
-        key = key_marks.only(keys, Role.CORRECTIVE) or shape_keys.add_shape(obj, ids.CORRECTIVE_KEY, points)
-        key.slider_min = key_marks.mark(Role.CORRECTIVE)
-        key_marks.claim(key)
-        shape_keys.write_positions(obj.data, key, points)
-        shape_keys.show_fully(keys, key)
-        return key.name
+        last, shape = key_marks.only(obj.data.shape_keys, Role.CORRECTIVE), self._held.rest + offset
+        return shape_keys.write_only(obj, Role.CORRECTIVE, last, ids.CORRECTIVE_KEY, shape).name
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

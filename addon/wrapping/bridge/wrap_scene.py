@@ -115,12 +115,7 @@ def write(obj, target, wrapped, whole):
     written again; if it was edited meanwhile it is the artist's, and gets value 0."""
     shape = motion.apply(np.linalg.inv(subject.to_world(obj)), wrapped.positions)
     shape = np.asarray(whole.cut_back(shape), np.float32)
-    key = _last(obj) or shape_keys.add_shape(obj, target.name, shape)
-    key.slider_min = key_marks.mark(Role.WRAP)
-    key_marks.claim(key)
-    shape_keys.write_positions(obj.data, key, shape)
-    shape_keys.show_fully(obj.data.shape_keys, key)
-    return key.name
+    return shape_keys.write_only(obj, Role.WRAP, _last(obj), target.name, shape).name
 
 
 def _last(obj):
