@@ -5,6 +5,7 @@ import bpy
 
 from ..rooms import Room
 from ..scene import along, subject, worn
+from ..scene.pose_object_making import take_over_rests
 from . import old_files, properties
 from .bridge import controls, orphans
 from .live.follower import Follower
@@ -54,9 +55,9 @@ ROOM = Room(
         (bpy.types.VIEW3D_MT_edit_mesh, menus.meanvalue_draw_edit_mesh_menu),
     ],
     scene_updated=[tool_choice.forget_hover],  # it may be of another shape
-    objects_changed=[controls.forget_moved_meshes, worn.forget, _remove_orphans, old_files.carry_over],
+    objects_changed=[controls.forget_moved_meshes, worn.forget, _remove_orphans, take_over_rests, old_files.carry_over],
     chosen=[controls.note_active, old_files.carry_over],
-    another_file=[orphans.forget, old_files.carry_over],
+    another_file=[orphans.forget, take_over_rests, old_files.carry_over],
     about_to_save=[_remove_deleted],
     forget=[controls.forget_moved_meshes, along.forget, tool_choice.forget_hover, overlay.forget, orphans.note],
 )

@@ -144,6 +144,26 @@ def _add(tree, kind, inputs=(), output=0, **settings):
     return node.outputs[output] if output else next(iter(used), None)
 
 
+def take_over_rests():
+    """Where the file of what is shown has given that another rest shape, the pose object takes it over, as an edit, and
+    its keys add what they did."""
+    for obj in [each for each in bpy.data.objects if pose_objects.of(each) is not None]:
+        made, mesh = pose_objects.of(obj), pose_objects.of(obj).data
+        home = mesh.attributes.get(ids.HOME_ATTRIBUTE)
+        if home is None or pose_objects.problem(made) is not None or mesh.is_editmode:
+            continue
+        rest, former = shape_keys.rest_positions(obj.data), mesh_arrays.coordinates(home.data, "vector")
+        if np.array_equal(rest, former):
+            continue
+        keys = () if mesh.shape_keys is None else mesh.shape_keys.key_blocks
+        for key in keys:
+            shape_keys.write_positions(mesh, key, shape_keys.positions(key) + (rest - former))
+        store, name = compat.position_store(mesh)
+        store.foreach_set(name, (mesh_arrays.vertex_positions(mesh) + (rest - former)).ravel())
+        home.data.foreach_set("vector", rest.ravel())
+        mesh.update()
+
+
 def remove_bare(obj):
     """Takes `obj` away if it is a pose object that tells nothing: no handles nor keys, its rest shape as made."""
     home = obj.data.attributes.get(ids.HOME_ATTRIBUTE)

@@ -97,6 +97,29 @@ def test_kept_poses_play_without_the_add_on_under_any_names_and_on_a_new_library
     assert "has 144 vertices now, and its pose is of 136: it waits in 'Other'" in problem
 
 
+def test_handles_go_on_with_the_shape_that_the_library_has_now(character, tmp_path, status):
+    posed, path = grab(character), str(tmp_path / "shot.blend")
+    rigs.bend(overridden("Rig"), 0.0)
+    offset = meshes.seen(character) - baking.rest(character)
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    write_library(tmp_path / "library.blend", wide=1.5)
+    installed.enable()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    character, posed = overridden(), pose_of(overridden())
+    rest = installed.part("scene.shape_keys").rest_positions
+    assert np.array_equal(rest(posed.data), rest(character.data))
+    assert np.abs(meshes.seen(character) - baking.rest(character) - offset).max() < 1e-5
+    posed.update_tag()
+    rigs.update()
+    assert "press Update" in status(posed)[0]
+    steps.run(character, "bind")
+    rigs.update()
+    before = meshes.seen(character)[TIP]
+    assert np.abs(before - baking.rest(character)[TIP] - offset[TIP]).max() < 1e-3
+    handles.move(posed.meanvalue.handles[0].control, (0.3, 0.0, 0.0))
+    assert np.abs(meshes.seen(character)[TIP] - before - (0.3, 0.0, 0.0)).max() < 1e-3
+
+
 @pytest.mark.parametrize("target", ['POINT_CACHE', 'SHAPE_KEYS'])
 def test_bakes_are_seen(character, tmp_path, target):
     steps.run(character, "add_handle", group="Lower")
