@@ -28,10 +28,10 @@ def _remove_orphans():
 
 def _remove_deleted():
     """In a file that is opened nobody knows which controls were deleted, and which are not there yet."""
-    for obj in bpy.data.objects:
-        if subject.object_problem(obj) is None and not obj.data.is_editmode:
-            controls.remove_deleted(obj)
-            worn.remove_deleted(obj)
+    meshes = [each for each in bpy.data.objects if subject.object_problem(each) is None and not each.data.is_editmode]
+    for obj in meshes:  # bpy.data.objects goes on from one that is freed, as the control of the mesh before it
+        controls.remove_deleted(obj)
+        worn.remove_deleted(obj)
 
 
 ROOM = Room(
