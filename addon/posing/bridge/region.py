@@ -23,8 +23,10 @@ LONGEST_LIMB = 0.8
 
 #: A piece is worn by another that is larger, if half of it is no farther from that than the first share of the mesh's
 #: size. A press is meant for what is below it up to the last. So many vertices stand for a piece, so many pieces wear.
+#: Walls of one shell face away from each other by that cosine, and are no farther apart than that share of the size.
 FAR, SMALLER, CLOSE = 0.08, 0.95, 0.02
 SAMPLES, MOST_BODIES = 64, 4
+FACING, THICKEST = 0.5, 0.03
 
 
 def require_own_group(obj):
@@ -103,6 +105,23 @@ class Surface:
         if len(worn):
             found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
         return np.maximum(self._of_mesh(found), limbs.riding(self._obj, self._seeds, (1.0 - free) * limit))
+
+    def on_both_walls(self, values, thickness):
+        """n float `values`, or those across where these are larger and the mesh is no thicker: of cups and coats."""
+        rest, (corners, starts) = shape_keys.rest_positions(self._obj.data), kept.faces(self._obj.data)
+        some, thickness = rest[values > 0.0], min(thickness, THICKEST * self.diagonal)
+        near = ((rest >= some.min(axis=0) - thickness) & (rest <= some.max(axis=0) + thickness)).all(axis=1)
+        is_near, normals = near[corners[starts]], np.zeros_like(rest)
+        begins, counts = starts[is_near], np.diff(starts, append=len(corners))[is_near]
+        fans = [begins[counts > k + 1, None] + (0, k, k + 1) for k in range(1, counts.max(initial=0) - 1)]
+        faces = np.concatenate([np.zeros((1, 3), np.int32), *(corners[fan] for fan in fans)])  # one of no area
+        areas = np.cross(*(rest[faces[:, k]] - rest[faces[:, 0]] for k in (1, 2)))
+        normals[faces] = (areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-30)[:, None])[:, None]
+        surface, less = native_loader.module().Surface(rest, faces), np.flatnonzero(near & (values < 1.0))
+        across, shares, gaps = surface.nearest(rest[less], -normals[less], FACING, reach=thickness)
+        places, there = (np.einsum("ki,ki...->k...", shares, each[faces[across]]) for each in (rest, values))
+        is_wall = ((rest[less] - places) * normals[less]).sum(axis=1) >= FACING * gaps
+        return np.maximum(values, np.bincount(less, np.where(is_wall, there, 0.0), len(values)))
 
     def limb(self, least):
         """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is
