@@ -50,10 +50,13 @@ class SolverMesh(whole_mesh.WholeMesh):
         and of a soft border, as in bind_input.py, by its square. So what moves elsewhere does not matter."""
         if self.strengths is None and self.border is None:
             return
-        corners, starts = self._of.face_corners, self._of.face_starts
-        ends = [self._images[:, each].ravel() for each in (corners, whole_mesh.edge_ends(corners, starts))]
-        edges = np.stack(ends, axis=1)[self.roi[ends[0]] & self.roi[ends[1]]].astype(np.int32)
-        parts = point_sets.parts(edges, len(self.roi))
+        corners, edges = self._of.face_corners, []
+        following = whole_mesh.edge_ends(corners, self._of.face_starts)
+        for images in self._images.astype(np.int32):
+            moves = self.roi[images]
+            inside = np.flatnonzero(moves[corners] & moves[following])  # a small part of a large mesh
+            edges.append(np.stack([images[corners[inside]], images[following[inside]]], axis=1))
+        parts = point_sets.parts(np.concatenate(edges), len(self.roi))
         counts = np.bincount(parts, self.roi)[parts]
         if self.strengths is not None:
             self.strengths = self.strengths / np.maximum(counts[self.anchors], 1.0)
