@@ -8,8 +8,8 @@ import numpy as np
 
 from .. import wording
 from ..errors import SceneError
-from . import kept, rig_space
-from .core import point_sets, whole_mesh
+from . import kept, mesh_arrays, rig_space, shape_keys
+from .core import point_sets, welding, whole_mesh
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
@@ -46,6 +46,16 @@ def images(obj):
         matrix, shift = whole_mesh.reflection(plane.row)
         found += [(matrix @ each, matrix @ moved + shift) for each, moved in found]
     return found
+
+
+def whole(obj, shapes=()):
+    """(WholeMesh of what is not posed, its triangles). shapes: n x 3 each; what one takes apart is not joined. @throws
+    SceneError."""
+    rest, faces, distance = shape_keys.rest_positions(obj.data), kept.faces(obj.data), obj.meanvalue.merge_distance
+    welding.require_no_more_than_seams(rest, *faces, distance)
+    copies = welding.together(kept.copies(obj, rest), shapes, distance)
+    found = whole_mesh.WholeMesh(rest, copies, *seams(obj, rest, *faces, shapes, is_posed=False))
+    return found, found.triangles(mesh_arrays.triangles(obj.data, rest))
 
 
 def seams(obj, rest, corners, starts, shapes=(), is_posed=True):

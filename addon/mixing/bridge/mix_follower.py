@@ -31,7 +31,7 @@ def bind_steps(mix_input, execution):
         morpher = yield from session.steps(
             native_loader.module().start_bind_morph,
             np.array(shapes),
-            whole.triangles(mix_input.triangles),
+            mix_input.triangles,
             execution=execution,
             refused=REFUSED_SHAPES,
         )

@@ -8,9 +8,9 @@ import numpy as np
 
 from ... import ids, wording
 from ...errors import SceneError, require_none
-from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, object_model, shape_keys, subject, vertex_groups
+from ...scene import actions, kept, key_marks, mirrors, object_model, shape_keys, subject, vertex_groups
 from ...scene.baked import names_in
-from ...scene.core import motion, welding
+from ...scene.core import motion
 from ...scene.core.point_sets import require_finite
 from ...scene.key_marks import Role
 from ..core import in_betweens
@@ -97,14 +97,9 @@ def why_hidden(obj):
 def gather(obj):
     """The MixInput of `obj`. @throws SceneError."""
     require_none(problem(obj))
-    found, faces = vertex_groups.shapes_of(obj, _sliders(obj)), mesh_arrays.faces(obj.data)
-    rest, shapes = found.rest, found.points
-    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    copies = welding.together(kept.copies(obj, rest), shapes.values(), obj.meanvalue.merge_distance)
-    planes, twins = mirrors.seams(obj, rest, *faces, shapes.values(), is_posed=False)
-    triangles = mesh_arrays.triangles(obj.data, rest)
-    more = {"triangles": triangles, "copies": copies, "planes": planes, "twins": twins}
-    return MixInput(found.sliders, rest, shapes, found.masks, **more)
+    found = vertex_groups.shapes_of(obj, _sliders(obj))
+    whole, triangles = mirrors.whole(obj, found.points.values())
+    return MixInput(found.sliders, found.rest, found.points, found.masks, triangles=triangles, whole=whole)
 
 
 def _sliders(obj):

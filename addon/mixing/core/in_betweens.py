@@ -25,24 +25,18 @@ from ...solver.core.fingerprint import digest
 
 @dataclass(frozen=True, eq=False)
 class MixInput(KeyShapes):
-    """The KeyShapes of k sliders, all relative to the rest shape, and the mesh's triangles, m x 3 int32. copies: n int
-    as of scene/kept.py, of what stays together in all shapes; planes, twins: as of mirrors.seams(); None for none."""
+    """The KeyShapes of k sliders, all relative to the rest shape, and what of the mesh goes to the solver: triangles,
+    m x 3 int32, of `whole`."""
 
     triangles: np.ndarray = None
-    copies: np.ndarray = None
-    planes: np.ndarray = None
-    twins: np.ndarray = None
+    whole: whole_mesh.WholeMesh = None
 
     @cached_property
     def key(self):
         """Digest of all that a native Morpher of these shapes depends on."""
         shapes = (self.points[name] for name in self.names)
-        return digest(self.rest, *shapes, self.triangles, self.copies, self.planes, self.twins)
-
-    @cached_property
-    def whole(self):
-        """What of the mesh goes to the solver."""
-        return whole_mesh.WholeMesh(self.rest, self.copies, self.planes, self.twins)
+        whole = () if self.whole is None else (self.whole.rest, self.whole.places)
+        return digest(self.rest, *shapes, self.triangles, *whole)
 
     @cached_property
     def revision(self):

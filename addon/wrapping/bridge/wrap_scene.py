@@ -11,8 +11,8 @@ from mathutils import Vector
 
 from ... import wording
 from ...errors import ChangedMeanwhileError, SceneError, require_none
-from ...scene import actions, kept, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups
-from ...scene.core import motion, point_sets, welding, whole_mesh
+from ...scene import actions, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, subject, vertex_groups
+from ...scene.core import motion, point_sets
 from ...scene.key_marks import Role
 from ...scene.new_rest import adds_to
 from ...scene.surface import Surface
@@ -86,7 +86,7 @@ def gather(obj, target):
     finally:
         evaluated.to_mesh_clear()
     pairs = obj.meanvalue.wrap.pairs
-    whole, own_triangles = whole_of(obj)
+    whole, own_triangles = mirrors.whole(obj)
     picked, points = np.array([pair.vertex for pair in pairs], np.int32), np.array([pair.place for pair in pairs])
     if picked.max(initial=0) < len(obj.data.vertices):  # check() tells of others
         to_own = np.linalg.inv(to_world) @ subject.to_world(target)
@@ -100,14 +100,6 @@ def gather(obj, target):
         points=motion.apply(to_world, points.reshape(-1, 3)),
     )
     return given, whole
-
-
-def whole_of(obj):
-    """(the rest shape as scene/core/whole_mesh.py has it, its triangles). @throws SceneError."""
-    rest, faces = shape_keys.rest_positions(obj.data), mesh_arrays.faces(obj.data)
-    welding.require_no_more_than_seams(rest, *faces, obj.meanvalue.merge_distance)
-    whole = whole_mesh.WholeMesh(rest, kept.copies(obj, rest), *mirrors.seams(obj, rest, *faces, is_posed=False))
-    return whole, whole.triangles(mesh_arrays.triangles(obj.data, rest))
 
 
 def write(obj, target, wrapped, whole):
@@ -150,8 +142,8 @@ class Carrying(OfTwo):
         """@throws SceneError."""
         if not is_wrapped(obj):
             raise SceneError("It is not known which place is which. Press Wrap Mesh first")
-        self.target_name, (self._whole, triangles) = source.name, whole_of(obj)
-        theirs, faces = whole_of(source)
+        self.target_name, (self._whole, triangles) = source.name, mirrors.whole(obj)
+        theirs, faces = mirrors.whole(source)
         self.sliders, self.left = _chosen(obj, source)
         to_own = np.linalg.inv(subject.to_world(obj)) @ subject.to_world(source)
         wrapped = self._whole.start(shape_keys.positions(key_marks.only(obj.data.shape_keys, Role.WRAP)))
