@@ -88,9 +88,9 @@ def seams(obj, rest, corners, starts, shapes=(), is_posed=True):
     return (np.array(planes), np.array(joined)) if planes else (None, None)
 
 
-def partners(obj, rest):
-    """n int32: the image of each vertex across the plane of Symmetric, -1 for none; None where it is off."""
-    row = _symmetry(obj)
+def partners(obj, rest, row=None):
+    """n int32: the image of each vertex across a plane, else that of Symmetric, -1 for none; None without a plane."""
+    row = row or _symmetry(obj)
     return row and kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
 
 

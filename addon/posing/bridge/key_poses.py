@@ -12,8 +12,7 @@ from mathutils import Matrix, Quaternion, Vector
 
 from ...errors import SceneError
 from ...live import engine
-from ...scene import actions, along, kept, key_marks, mesh_arrays, rig_space, shape_keys, vertex_groups
-from ...scene.core import whole_mesh
+from ...scene import actions, along, key_marks, mesh_arrays, mirrors, rig_space, shape_keys, vertex_groups
 from ...scene.core.point_sets import bounding_box_diagonal
 from ...scene.key_marks import Role
 from ...scene.surface import Surface
@@ -239,8 +238,7 @@ def _mirrored(obj, key):
     """(the key for the other side, made or written anew; how many vertices have no mirror image)."""
     flip, keys, relative = bpy.utils.flip_name, key.id_data.key_blocks, key.relative_key
     rest, across = shape_keys.rest_positions(obj.data), np.array(_across(obj))
-    row = *np.diag(across < 0.0).astype(float), 0.0
-    twins = kept.of(obj.data, "twins", lambda: whole_mesh.partners(rest, *kept.faces(obj.data), row), rest, row)
+    twins = mirrors.partners(obj, rest, (*np.diag(across < 0.0).astype(float), 0.0))
     offsets, lost = _alone(obj, key) - rest, np.flatnonzero(twins < 0)  # what masks it is part of its shape
     moved = offsets[twins]
     if len(lost):
