@@ -177,6 +177,15 @@ def bent(angle, turn=0.0):
     return points @ rotation_about((0, 0, 1), np.degrees(turn)).T + turn
 
 
+@pytest.mark.parametrize(("strengths", "told"), [(None, True), (np.array([np.inf, 1.0, 1.0]), False)])
+def test_handles_in_one_place_are_told_of_where_they_are_to_be_met(strengths, told):
+    copies = np.array([0, 1, 2, 3, 4, 5, 2, 7, 8], np.int32)
+    settings = {"method": "fast", "rigidity": 15.0, "handles": np.arange(3, dtype=np.int32)}
+    same = square(**settings, copies=copies, strengths=strengths)
+    targets = same.anchor_rest + np.array([[0.0], [1.0], [-1.0]])
+    assert any("in one place" in note for note in result.torn_notes(same, targets)) == told
+
+
 def test_the_farthest_come_first_and_those_alike_not_at_all():
     poses = np.array([bent(angle, 3.0 * angle) for angle in (0.0, 0.4, 1.5, 1.5, -1.0, 0.01)])
     assert motion.differing(bent(0.0), poses, 1, 0.02) == [2]

@@ -39,7 +39,8 @@ def torn_notes(bind_input, targets):
     if torn:
         yield f"{wording.vertices(torn)} of moved handles lie outside the region, where nothing follows. Extend it"
     missed = np.abs(bind_input.solver_mesh.met(targets) - targets).max(axis=1, initial=0.0)
-    kept_back = np.count_nonzero(missed > VISIBLE_MISS * bind_input.diagonal)
+    is_hard = True if bind_input.strengths is None else np.isinf(bind_input.strengths)
+    kept_back = np.count_nonzero(is_hard & (missed > VISIBLE_MISS * bind_input.diagonal))
     if kept_back:
         yield f"Mirroring, or another handle in one place, keeps {wording.vertices(kept_back)} away. Turn one off"
 
