@@ -339,6 +339,18 @@ TEST(Follower, AHubOfManyFacesTakesNoSquareOfThem) {
     EXPECT_LT(largest_distance(follower.follow(body.vertices), cloth.vertices), 1e-10);
 }
 
+TEST(Follower, ACarrierModeledFromBothSidesHasNoNormals) {
+    Mesh body = sleeve(1.0, 0.0, 9.0);
+    const auto count = body.faces.rows();
+    body.faces.conservativeResize(2 * count, 3);
+    body.faces.bottomRows(count) = body.faces.topRows(count).rowwise().reverse();
+    const Mesh cloth = sleeve(1.04, 1.0, 8.0);
+    const Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+    const auto turned = [&](const Positions& positions) { return Positions(positions * turn.transpose()); };
+    const Follower follower = follower_of(body, cloth, FollowKind::kCloth);
+    EXPECT_LT(largest_distance(follower.follow(turned(body.vertices)), turned(cloth.vertices)), 1e-9);
+}
+
 TEST(Follower, WrongInputIsNamed) {
     const Mesh body = sphere(1);
     Mesh cloth = sphere(1);

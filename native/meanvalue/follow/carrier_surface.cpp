@@ -14,6 +14,8 @@ constexpr double kDropped = 0.999;
 constexpr std::size_t kMostReached = 512;
 // So many edges stand for all.
 constexpr std::size_t kMostEdges = 2048;
+// Faces of a surface modeled from both sides cancel each other: what is left by rounding is no normal.
+constexpr double kCancelled = 1e-12;
 // What shrinks to a point keeps this much of its size.
 constexpr double kLeastGrowth = 1e-9;
 
@@ -118,10 +120,10 @@ CarrierSurface::CarrierSurface(const PositionsView& rest, const TrianglesView& f
     for (Index v = 0; v < rest.rows(); ++v) {
         execution.check_every(v);
         const Vector3 area = area_around(fans_, rest.data(), v);
-        areas_[v] = area.norm();
         normals_[v] = area.normalized();
         for (const Index other : fans_.of(v))
             mean_edges_[v] += (rest.row(other) - rest.row(v)).norm() / fans_.of(v).size();
+        areas_[v] = area.isZero(0.0) ? mean_edges_[v] * mean_edges_[v] : area.norm();
     }
 }
 
@@ -168,9 +170,13 @@ Vector3 area_around(const Grouped<Index>& fans, const double* positions, Index v
     const auto around = fans.of(v);
     const Vector3 point = point_at(positions, v);
     Vector3 area = Vector3::Zero();
-    for (const Index* next = around.begin(); next != around.end(); next += 2)
-        area += (point_at(positions, next[0]) - point).cross(point_at(positions, next[1]) - point);
-    return area;
+    double squares = 0.0;
+    for (const Index* next = around.begin(); next != around.end(); next += 2) {
+        const Vector3 face = (point_at(positions, next[0]) - point).cross(point_at(positions, next[1]) - point);
+        area += face;
+        squares += face.squaredNorm();
+    }
+    return area.squaredNorm() > kCancelled * squares ? area : Vector3::Zero();
 }
 
 }  // namespace meanvalue
