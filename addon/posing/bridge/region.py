@@ -23,10 +23,11 @@ LONGEST_LIMB = 0.8
 
 #: A piece is worn by another that is larger, if half of it is no farther from that than the first share of the mesh's
 #: size. A press is meant for what is below it up to the last. So many vertices stand for a piece, so many pieces wear.
-#: Walls of one shell face away from each other by that cosine, and are no farther apart than that share of the size.
+#: Walls of one shell face away from each other by that cosine, and are no farther apart than that share of the size;
+#: so many vertices tell whether there is one.
 FAR, SMALLER, CLOSE = 0.08, 0.95, 0.02
 SAMPLES, MOST_BODIES = 64, 4
-FACING, THICKEST = 0.5, 0.03
+FACING, THICKEST, TRIED = 0.5, 0.03, 1000
 
 
 def require_own_group(obj):
@@ -117,10 +118,17 @@ class Surface:
         faces = np.concatenate([np.zeros((1, 3), np.int32), *(corners[fan] for fan in fans)])  # one of no area
         areas = np.cross(*(rest[faces[:, k]] - rest[faces[:, 0]] for k in (1, 2)))
         normals[faces] = (areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-30)[:, None])[:, None]
-        surface, less = native_loader.module().Surface(rest, faces), np.flatnonzero(near & (values < 1.0))
-        across, shares, gaps = surface.nearest(rest[less], -normals[less], FACING, reach=thickness)
-        places, there = (np.einsum("ki,ki...->k...", shares, each[faces[across]]) for each in (rest, values))
-        is_wall = ((rest[less] - places) * normals[less]).sum(axis=1) >= FACING * gaps
+        surface = native_loader.module().Surface(rest, faces)
+
+        def walls(of):
+            across, shares, gaps = surface.nearest(rest[of], -normals[of], FACING, reach=thickness)
+            places, there = (np.einsum("ki,ki...->k...", shares, each[faces[across]]) for each in (rest, values))
+            return ((rest[of] - places) * normals[of]).sum(axis=1) >= FACING * gaps, there
+
+        less, held = np.flatnonzero(near & (values < 1.0)), np.flatnonzero(values > 0.0)
+        if not walls(held[:: 1 + len(held) // TRIED])[0].any():
+            return values  # where no wall is, each vertex looks at all that is around
+        is_wall, there = walls(less)
         return np.maximum(values, np.bincount(less, np.where(is_wall, there, 0.0), len(values)))
 
     def limb(self, least):
