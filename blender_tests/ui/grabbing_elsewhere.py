@@ -147,6 +147,13 @@ def local_view(ui):
     front = bpy.data.objects["Front"]
     assert any("'Front' is in front of 'Ball' here" in line for line in ui.reports()), ui.reports()
     assert bpy.context.object == grab.ball() and len(front.meanvalue.handles) == 0
+    # What is behind is hidden: nobody can mean that.
+    grab.ball().hide_set(True)
+    ui.remember()
+    yield from ui.drag_mouse(start, (start[0] + 50, start[1]))
+    assert len(bpy.data.objects["Front"].meanvalue.handles) == 1
+    yield from ui.undo()
+    grab.ball().hide_set(False)
     yield from ui.click(*start)
     assert bpy.context.object.name == "Front"
     yield from ui.drag_mouse(start, (start[0] + 50, start[1]))

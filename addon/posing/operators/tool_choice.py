@@ -228,7 +228,7 @@ def find_pressed(context, mouse):
     pressed = picking.press(obj, *seen, place)
     if pressed is None:
         raise SceneError(f"'{obj.name}' has no surface of its own under the mouse. Press on its faces")
-    is_apart = obj != active and is_usable and len(active.meanvalue.handles) > 0
+    is_apart = obj != active and is_usable and len(active.meanvalue.handles) > 0 and views.is_pressable(active, context)
     return obj, pressed, active.name if is_apart and picking.place_under(active, *seen) is not None else ""
 
 
