@@ -70,7 +70,7 @@ std::unique_ptr<Surface> make_surface(const py::object& vertices, const py::obje
 }
 
 py::tuple nearest_places(const Surface& surface, const py::object& points, const std::optional<py::object>& normals,
-                         double least_cosine, std::optional<double> reach, int threads) {
+                         double least_cosine, int threads) {
     const PositionsArray given(points, "points");
     const std::optional<PositionsArray> turned =
         normals ? std::optional<PositionsArray>(std::in_place, *normals, "normals") : std::nullopt;
@@ -94,8 +94,7 @@ py::tuple nearest_places(const Surface& surface, const py::object& points, const
                 const Vector3 normal = turned ? Vector3(turned->view().row(k)) : Vector3();
                 if (turned) query.normal = &normal;
                 query.least_cosine = least_cosine;
-                const TriangleTree::Place place =
-                    surface.tree.nearest(query, reach.value_or(std::numeric_limits<double>::max()));
+                const TriangleTree::Place place = surface.tree.nearest(query, std::numeric_limits<double>::max());
                 triangle[k] = place.triangle;
                 distance[k] = std::numeric_limits<double>::infinity();
                 if (place.triangle < 0) continue;
@@ -148,13 +147,11 @@ void bind_surface(py::module_& module) {
              "vertices: (n, 3). faces: (t, 3) int32; those with a corner that is not finite are left out.\n"
              "Raises InvalidInput that names what is wrong.")
         .def("nearest", &nearest_places, py::arg("points"), py::arg("normals") = py::none(),
-             py::arg("least_cosine") = 0.0, py::kw_only(), py::arg("reach") = py::none(), py::arg("threads") = 0,
+             py::arg("least_cosine") = 0.0, py::kw_only(), py::arg("threads") = 0,
              "(face (k,) int32, weights of its corners (k, 3), distance (k,)) nearest to points (k, 3); of equally "
              "near\n"
              "faces the first. normals: (k, 3), of unit length: only faces count whose own has a cosine above\n"
-             "`least_cosine` with that of the point. Where there is none within `reach`, face -1, weights 0, "
-             "distance\n"
-             "infinite.\n"
+             "`least_cosine` with that of the point. Where there is none, face -1, weights 0, distance infinite.\n"
              "Raises InvalidInput that names what is wrong.");
     py::class_<SurfaceWays, std::shared_ptr<SurfaceWays>>(
         module, "SurfaceWays", py::module_local(),

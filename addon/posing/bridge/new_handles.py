@@ -48,9 +48,9 @@ def near_vertices(obj, vertex, size):
     along without being held."""
     surface = region.Surface(obj, [vertex], is_pressed=True)
     below, reach = surface.below(), size * surface.diagonal
-    distances, share = surface.distances(reach, region.HANDLE_SHARE), region.HANDLE_SHARE
-    nearness = np.where(distances < 0.0, 0.0, np.maximum(1.0 - distances / (2.0 * share * reach), 0.0))
-    near = np.flatnonzero(surface.on_both_walls(nearness, share * reach) >= 0.5).astype(np.int32)
+    surface.reach_through(region.HANDLE_SHARE * reach)
+    distances = surface.distances(reach, region.HANDLE_SHARE)
+    near = np.flatnonzero((distances >= 0.0) & (distances <= region.HANDLE_SHARE * reach)).astype(np.int32)
     held = np.concatenate([np.empty(0, np.int32), *members.of(obj, targets.enabled_handles(obj))])
     near = near[(near == surface.seed) | ~np.isin(near, held) & ((below[near] < 0) | (below[surface.seed] >= 0))]
     return limbs.one_piece(obj, near)

@@ -8,7 +8,7 @@ from ... import ids
 from ...errors import SceneError
 from ...live import engine
 from ...scene import kept, mesh_arrays, object_model, shape_keys, vertex_groups
-from ...scene.core import point_sets
+from ...scene.core import motion, point_sets
 from ...solver import native_loader
 from . import limbs, members
 
@@ -23,11 +23,10 @@ LONGEST_LIMB = 0.8
 
 #: A piece is worn by another that is larger, if half of it is no farther from that than the first share of the mesh's
 #: size. A press is meant for what is below it up to the last. So many vertices stand for a piece, so many pieces wear.
-#: Walls of one shell face away from each other by that cosine, and are no farther apart than that share of the size;
-#: so many vertices tell whether there is one.
+#: Walls of one shell face away from each other by that cosine, and are no farther apart than that share of the size.
 FAR, SMALLER, CLOSE = 0.08, 0.95, 0.02
 SAMPLES, MOST_BODIES = 64, 4
-FACING, THICKEST, TRIED = 0.5, 0.03, 1000
+FACING, THICKEST = 0.5, 0.03
 
 
 def require_own_group(obj):
@@ -107,29 +106,27 @@ class Surface:
             found[np.isin(parts, worn) & ~np.isin(parts, parts[self._held])] = 1.0
         return np.maximum(self._of_mesh(found), limbs.riding(self._obj, self._seeds, (1.0 - free) * limit))
 
-    def on_both_walls(self, values, thickness):
-        """n float `values`, or those across where these are larger and the mesh is no thicker: of cups and coats."""
+    def reach_through(self, thickness):
+        """Where the mesh is a wall no thicker than that, as of a cup or a coat, the place across is a seed, too."""
         rest, (corners, starts) = shape_keys.rest_positions(self._obj.data), kept.faces(self._obj.data)
-        some, thickness = rest[values > 0.0], min(thickness, THICKEST * self.diagonal)
-        near = ((rest >= some.min(axis=0) - thickness) & (rest <= some.max(axis=0) + thickness)).all(axis=1)
-        is_near, normals = near[corners[starts]], np.zeros_like(rest)
-        begins, counts = starts[is_near], np.diff(starts, append=len(corners))[is_near]
-        fans = [begins[counts > k + 1, None] + (0, k, k + 1) for k in range(1, counts.max(initial=0) - 1)]
-        faces = np.concatenate([np.zeros((1, 3), np.int32), *(corners[fan] for fan in fans)])  # one of no area
-        areas = np.cross(*(rest[faces[:, k]] - rest[faces[:, 0]] for k in (1, 2)))
-        normals[faces] = (areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-30)[:, None])[:, None]
-        surface = native_loader.module().Surface(rest, faces)
-
-        def walls(of):
-            across, shares, gaps = surface.nearest(rest[of], -normals[of], FACING, reach=thickness)
-            places, there = (np.einsum("ki,ki...->k...", shares, each[faces[across]]) for each in (rest, values))
-            return ((rest[of] - places) * normals[of]).sum(axis=1) >= FACING * gaps, there
-
-        less, held = np.flatnonzero(near & (values < 1.0)), np.flatnonzero(values > 0.0)
-        if not walls(held[:: 1 + len(held) // TRIED])[0].any():
-            return values  # where no wall is, each vertex looks at all that is around
-        is_wall, there = walls(less)
-        return np.maximum(values, np.bincount(less, np.where(is_wall, there, 0.0), len(values)))
+        thickness, away = min(thickness, THICKEST * self.diagonal), np.abs(rest - rest[self.seed]).max(axis=1)
+        counts, own = np.diff(starts, append=len(corners)), np.flatnonzero(corners == self.seed)
+        if len(own) == 0:
+            return
+        at_seed = np.searchsorted(starts, own, "right") - 1
+        reach = thickness + max(away[corners[starts[face] :][: counts[face]]].max() for face in at_seed)
+        is_near = np.logical_or.reduceat((away <= reach)[corners], starts)
+        begins, counts = starts[is_near], counts[is_near]
+        fans = [begins[counts > k + 1, None] + (0, k, k + 1) for k in range(1, counts.max() - 1)]
+        used, faces = np.unique(np.concatenate([corners[fan] for fan in fans]), return_inverse=True)
+        near, faces, seed = rest[used], faces.reshape(-1, 3).astype(np.int32), np.searchsorted(used, self.seed)
+        areas = np.cross(*(near[faces[:, k]] - near[faces[:, 0]] for k in (1, 2)))
+        normal = motion.unit(areas[(faces == seed).any(axis=1)].sum(axis=0))
+        found = native_loader.module().Surface(near, faces).nearest(near[seed, None], -normal[None], FACING)
+        across, shares, gap = (each[0] for each in found)
+        if gap <= thickness and (near[seed] - shares @ near[faces[across]]) @ normal >= FACING * gap:
+            place = used[faces[across, np.argmax(shares)]]
+            self._seeds = np.append(self._seeds, place if self._first is None else self._first[place])
 
     def limb(self, least):
         """How far the limb goes that the first seed is on, up to the body, as a share of the diagonal; 0 where there is

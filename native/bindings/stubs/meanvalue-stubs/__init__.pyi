@@ -413,7 +413,6 @@ class Surface:
         normals: ArrayLike | None = None,
         least_cosine: float = 0.0,
         *,
-        reach: float | None = None,
         threads: int = 0,
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]: ...
 
