@@ -25,6 +25,9 @@ def object_problem(obj):
     if obj is None:
         return "There is no active object. Click a mesh object"
     if obj.type != 'MESH':
+        if obj.instance_collection is not None:
+            how = "an override (Object > Library Override > Make), or real objects (Object > Apply)"
+            return f"'{obj.name}' stands for a collection. Make it {how}"
         return f"'{obj.name}' is not a mesh. Click a mesh object"
     if obj.library is not None:
         return f"'{obj.name}' is linked from another file. Make it an override (Object > Library Override > Make)"

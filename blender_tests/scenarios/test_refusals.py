@@ -23,13 +23,15 @@ def assert_refused_unchanged(obj, operators, *texts):
 # -- the object ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("has_lamp", [False, True])
-def test_no_mesh_is_active(has_lamp):
-    if has_lamp:
-        lamp = meshes.new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'))
-        meshes.activate(lamp)
+@pytest.mark.parametrize("active", ["no active object", "'Lamp' is not a mesh", "'Crowd' stands for a collection"])
+def test_no_mesh_is_active(active):
+    if "Lamp" in active:
+        meshes.activate(meshes.new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT')))
+    if "Crowd" in active:
+        meshes.activate(meshes.new_object("Crowd", None))
+        bpy.context.object.instance_collection = bpy.data.collections.new("Crowd")
     for name in ("bind", "solve", "solve_from_key", "remove_handle"):
-        with steps.refused("'Lamp' is not a mesh" if has_lamp else "no active object"):
+        with steps.refused(active):
             getattr(bpy.ops.meanvalue, name)()
 
 

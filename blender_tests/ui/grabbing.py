@@ -239,6 +239,10 @@ def a_press_beside_the_mesh_leaves_all_as_it_is(ui):
     x, y = ui.project((0.0, 0.0, 2.0))
     yield from ui.drag_mouse((x, y + 60), (x + 60, y + 60))
     assert len(grab.handles()) == 0 and ui.status_text() is None
+    grab.ball().data.clear_geometry()
+    grab.ball().data.from_pydata([(-2.0, -2.0, 0.0), (2.0, -2.0, 0.0)], [(0, 1)], [])
+    yield from ui.click(*start)
+    assert any("has no faces" in line for line in ui.reports()), ui.reports()
 
 
 def picture_of_the_guide(ui):

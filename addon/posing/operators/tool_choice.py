@@ -217,6 +217,8 @@ def find_pressed(context, mouse):
         return active, at_control, ""
     obj, place = picking.first_object(context, *seen)
     if obj is None:
+        if is_usable and len(active.data.polygons) == 0:
+            raise SceneError(f"'{active.name}' has no faces, so there is no surface to press on. Give it some")
         raise SceneError("There is no surface under the mouse. Press on the mesh, or on the control of a handle")
     obj = pose_objects.of(obj) or obj
     below = worn.carrier(obj) or worn.body_of(obj, active)
