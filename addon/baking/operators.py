@@ -9,7 +9,7 @@ from ..errors import MeanValueError, require_none
 from ..live import engine
 from ..posing.bridge import scene_input
 from ..posing.operators.pose import remove_what_was_made
-from ..scene import baked, subject, worn
+from ..scene import baked, pose_object_making, subject, worn
 from ..scene.baked import TO_CACHE, TO_KEYS
 from ..widgets.background import BackgroundOperator
 from ..widgets.base import MeshOperator
@@ -135,6 +135,7 @@ class MEANVALUE_OT_unbake(MeshOperator, bpy.types.Operator):
                 (playing.keep if self.keep_bake else playing.take_back)(each)
         if self.keep_bake:
             return f"The bake is kept. Removed: {remove_what_was_made(obj)}", []
+        pose_object_making.take_over_rests()  # which waited for what played
         scene = bpy.context.scene
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         return "Removed the bake", []

@@ -8,6 +8,7 @@ Both come before the rig. Where the numbers of vertices differ, nothing is added
 """
 
 import contextlib
+import itertools
 
 import bpy
 import numpy as np
@@ -144,16 +145,22 @@ def _add(tree, kind, inputs=(), output=0, **settings):
     return node.outputs[output] if output else next(iter(used), None)
 
 
+def _plays_places(made):
+    """Whether a cache comes before Pose Offset: the places in it are of the rest shape that `made` had by then."""
+    before = itertools.takewhile(lambda each: not pose_objects.is_ours(each), made.modifiers)
+    return any(each.type in {'MESH_CACHE', 'MESH_SEQUENCE_CACHE'} for each in before)
+
+
 def take_over_rests():
     """Where the file of what is shown has given that another rest shape, the pose object takes it over, as an edit, and
-    its keys add what they did."""
+    its keys add what they did. Not while a cache plays, nor a shape with NaN, which no later one would take away."""
     for obj in [each for each in bpy.data.objects if pose_objects.of(each) is not None]:
         made, mesh = pose_objects.of(obj), pose_objects.of(obj).data
         home = mesh.attributes.get(ids.HOME_ATTRIBUTE)
-        if home is None or pose_objects.problem(made) is not None or mesh.is_editmode:
+        if home is None or pose_objects.problem(made) is not None or mesh.is_editmode or _plays_places(made):
             continue
         rest, former = shape_keys.rest_positions(obj.data), mesh_arrays.coordinates(home.data, "vector")
-        if np.array_equal(rest, former):
+        if np.array_equal(rest, former) or not np.isfinite(rest).all():
             continue
         keys = () if mesh.shape_keys is None else mesh.shape_keys.key_blocks
         for key in keys:
