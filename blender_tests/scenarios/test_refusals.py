@@ -141,6 +141,7 @@ CASES = {
     "result is the basis": (posed(lambda obj: setattr(obj.meanvalue, "result_key", "Basis")), SOLVE, ["'Basis'"]),
     "result without a name": (posed(lambda obj: setattr(obj.meanvalue, "result_key", "  ")), SOLVE, ["no name"]),
     "NaN at rest": (listed(put_nan, A=[0, 4, 20]), BIND, ["not numbers", "7"]),
+    "NaN where it is grabbed": (listed(put_nan), (lambda: bpy.ops.meanvalue.grab(vertex=20),), ["not numbers", "7"]),
     "infinity in the pose": (posed(put_infinity), SOLVE, ["'Pose'", "not numbers", "24"]),
 }
 

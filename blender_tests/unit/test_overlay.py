@@ -70,6 +70,17 @@ def test_the_regions_faces(data):
     assert len(data.look_of(obj).corners) == 0
 
 
+def test_a_place_that_is_no_number_does_not_end_the_drawing(data):
+    obj = grid_with_anchors()
+    add_region(obj)
+    expected = data.look_of(obj)
+    obj.data.vertices[7].co.x = float("nan")
+    obj.update_tag()
+    bpy.context.view_layer.update()
+    look = data.look_of(obj)
+    assert np.array_equal(look.points, expected.points) and np.array_equal(look.corners, expected.corners)
+
+
 def test_what_moves_less_is_fainter(data):
     obj = grid_with_anchors()
     group = obj.vertex_groups.new(name="Region")

@@ -95,6 +95,7 @@ def look_of(obj):
 def _read(obj, stamp, positions):
     anchors, handles = bind_input.anchor_layout(members.of(obj, targets.enabled_handles(obj)))
     rest, faces = shape_keys.rest_positions(obj.data), kept.faces(obj.data)
+    rest = np.nan_to_num(rest, posinf=0.0, neginf=0.0)  # of which others tell: an error would end all drawing
     twins = mirrors.partners(obj, rest)
     if twins is not None:  # and the images that have no handle of their own
         is_more = (twins[anchors] >= 0) & ~np.isin(twins[anchors], anchors)

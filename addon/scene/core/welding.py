@@ -28,7 +28,9 @@ def copies(rest, closes_seams, merge_distance, face_corners, face_starts):
     """n int: of n x 3 float32 `rest` one copy for all copies of a vertex; None where each is its own.
 
     closes_seams: as first_of_seams() of the core says; merge_distance: if > 0, all that are so near are copies.
+    @throws SceneError where a place is not finite.
     """
+    point_sets.require_finite(rest, "rest shape")
     if not closes_seams and merge_distance <= 0.0:
         return None
     if merge_distance > 0.0:
