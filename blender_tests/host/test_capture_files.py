@@ -238,9 +238,30 @@ def test_lists_of_persons_or_points_are_of_one_frame_and_files_are_one_take_if_n
     for number, points in enumerate(body):
         (tmp_path / f"take_{number}.json").write_text(json.dumps(form(points.tolist())))
         (tmp_path / f"take_{number:02}.json").write_text(json.dumps(form(np.flip(points).tolist())))
-    for name, wanted in (("take_3", body), ("take_03", np.flip(body, axis=(1, 2)))):
+        (tmp_path / f"long_{number + 95:02}.json").write_text(json.dumps(form(points.tolist())))
+        (tmp_path / f"filled_{number + 995:03}.json").write_text(json.dumps(form(points.tolist())))
+    (tmp_path / "filled_094.json").write_text(json.dumps(form(body[0].tolist())))
+    flipped = np.flip(body, axis=(1, 2))
+    for name, wanted in (("take_3", body), ("take_03", flipped), ("long_96", body), ("long_101", body)):
         assert np.allclose(readers.read(tmp_path / f"{name}.json", up_axis="Z", unit=1.0).positions, wanted)
-    assert np.allclose(readers.parse(json.dumps(form(body[5].tolist())).encode(), "a.json", "Z", 1).positions, body[5])
+    for number in ("094", "998", "1002"):
+        assert np.allclose(readers.read(tmp_path / f"filled_{number}.json", up_axis="Z", unit=1.0).positions[-9:], body)
+    alone = readers.parse(json.dumps(form(body[5].tolist())).encode(), "a.json", "Z", 1).positions
+    assert np.allclose(alone[0], body[5]) and len(alone) == (2 if "bbox" in str(form([])) else 1), "of boxes frames"
+
+
+@pytest.mark.parametrize("form", [
+    lambda paths: {f"Joint_{number}": path for number, path in enumerate(paths)},
+    lambda paths: {"names": ["a"] * 30, **{f"landmark {number}": path for number, path in enumerate(paths)}},
+    lambda paths: {"pose": [dict(zip("xyz", place, strict=True)) for place in paths[0]]},
+    lambda paths: [{"bbox": [1, 2], "keypoints": at} for at in zip(*paths, strict=True)],
+    lambda paths: [{"bbox": [1, 2], "Frame": row, "keypoints": at} for row, at in enumerate(zip(*paths, strict=True))],
+])  # fmt: skip
+def test_paths_by_name_and_lists_of_boxes_have_all_their_frames(tmp_path, form):
+    content = form(np.resize(METRES, (17, 30, 3)).tolist())
+    for number in range(3):
+        (tmp_path / f"take_{number}.json").write_text(json.dumps(content))
+    assert readers.read(tmp_path / "take_1.json", up_axis="Z", unit=1.0).frames == 30
 
 
 # -- what is no take -------------------------------------------------------------------------------------------------

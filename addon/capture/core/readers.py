@@ -43,15 +43,18 @@ def _with_frames_beside(path, along, data):
     name = re.compile(r"(.*?)(\d+)(\D*\.json)", re.IGNORECASE | re.DOTALL)
     own = name.fullmatch(path.name)
     found = [(name.fullmatch(each.name), each) for each in path.parent.iterdir()] if own else []
-    found = [(its[2], each) for its, each in found if its and its.group(1, 3) == own.group(1, 3)]
-    # Written as the own one is: with as many digits or, as that, without zeros before them.
-    found = [(len(its) == len(own[2]), int(its), each) for its, each in found
-             if len(its) == len(own[2]) or all(str(int(number)) == number for number in (its, own[2]))]  # fmt: skip
-    frames = {number: each for _, number, each in sorted(found)}
+    found = {its[2]: each for its, each in found if its and its.group(1, 3) == own.group(1, 3)}
+    # Zeros fill up the number of digits, which large numbers go beyond: 07, 98, 100.
+    filled = {len(number) for number in found if number != str(int(number)) and len(number) <= len(own[2])}
+    digits = max(filled, default=1)
+    frames = {int(number): each for number, each in found.items()
+              if len(number) == digits or (len(number) > digits and number[0] != "0")}  # fmt: skip
     if len(frames) < 2:
         return data
     lines = Lines(data, path.name)
-    if len(records.of_json(data, path.name, lambda why, *_: lines.fail(why, number=1))[0]) > 1:
+    count = len(records.of_json(data, path.name, lambda why, *_: lines.fail(why, number=1))[0])
+    # Boxes may be of persons or of frames: of persons there are fewer than files.
+    if count > 1 and not (count < len(frames) and records.are_persons(records.loaded(decoded(data), path.name))):
         return data
     along.update(frames.values())
     parts = [(at, records.loaded(decoded(each.read_bytes()), each.name)) for at, each in sorted(frames.items())]

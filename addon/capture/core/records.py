@@ -12,7 +12,7 @@ import re
 from ...errors import MotionFileError
 from .marker_sets import NUMBERED
 from .text_lines import REMEDY, decoded, number_in
-from .time_columns import folded, number
+from .time_columns import CLOCK, folded, number
 
 #: Names, as folded() has them: of a name beside a score or a place, of that score, and of frames a second.
 LABEL = re.compile("name|shape|label|key|^(k|(joint|marker|point|landmark)(id)?)$")
@@ -20,6 +20,7 @@ SCORES = {"score", "value", "weight", "values", "v"}
 RATE, LARGEST_RATE = re.compile("fps|persecond|^(frame|sampl[a-z]+|recording|capture)?rate$"), 1000.0
 #: Names of lists of points without names: of a body, of what else has points by number; those to be read first.
 POINTS, PARTS, SOLID = map(re.compile, ("keypoint|landmark|joint|pose", "hand|face", "3d|world"))
+MANY = re.compile("(keypoint|landmark|joint)(s|position|$)")  # of such a list of any length
 #: Points that such a list has at least. Beyond so many pixels a third number up to 2 is how sure a point is.
 FEWEST, COCO, PIXELS = 5, 17, 20.0
 PERSONS = {"people", "persons", "instances"}  # the first counts
@@ -74,9 +75,10 @@ def _gather(node, records, names, refuse, key="", row=None):
         node = [{"": each, **part} for each, part in node.items() if isinstance(part, dict)]  # numbered frames
     single = dict if row is None else (dict, list)  # the only person
     if isinstance(node, list) and node:
-        is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single)) or all(map(_is_person, node))
+        is_only = key in PERSONS or (len(node) == 1 and isinstance(node[0], single))
+        is_only = is_only or (row is not None and are_persons(node))
         node = node[0] if is_only or node == names.get(len(node)) else node
-    if row is None and isinstance(node, dict) and any(_is_frame(part, name, names) for name, part in node.items()):
+    if row is None and isinstance(node, dict) and _is_frame(node, names):
         row = 0
     if isinstance(node, list) and row is not None:
         node = _named(node, key, names)
@@ -101,17 +103,26 @@ def _gather(node, records, names, refuse, key="", row=None):
         records[row].setdefault(key, node)
 
 
-def _is_person(node):
-    """Whether an object is what is found in a box of a picture, and says no more of which picture."""
-    return isinstance(node, dict) and "bbox" in node and not any(re.search("frame|time|image", key) for key in node)
+def are_persons(node):
+    """Whether they are what is found in boxes of a picture, and say no more of which picture."""
+    are_boxes = isinstance(node, list) and all(isinstance(each, dict) and "bbox" in each for each in node)
+    return are_boxes and not any("image" in folded(key) or CLOCK.search(folded(key)) for each in node for key in each)
 
 
-def _is_frame(node, key, names):
-    """Whether it is a list of the points of one frame: their numbers one after the other, lists of these, or places."""
-    if not isinstance(node, list) or _kind(node) == len(node):
-        return isinstance(node, list) and "keypoint" in key
+def _is_frame(node, names):
+    """Whether an object has the points of one frame. Lists that are alike, but for one in space, are paths by name."""
+    lists = [(folded(key), part) for key, part in node.items() if isinstance(part, list) and part]
+    alike = collections.Counter((len(part), _kind(part[0])) for key, part in lists if not SOLID.search(key))
+    return any(alike[len(part), _kind(part[0])] < 2 and _are_points(part, key, names) for key, part in lists)
+
+
+def _are_points(node, key, names):
+    """Whether it lists points of one frame: their numbers one after the other, lists of these, or places."""
+    if _kind(node) == len(node):
+        return "keypoint" in key
     are_places = all(_kind(part) in (2, 3, 4) or (_kind(part) is dict and {"x", "y"} <= part.keys()) for part in node)
-    return are_places and len(node) >= FEWEST and bool(POINTS.search(folded(key)) or len(node) in names)
+    is_usual = POINTS.search(key) and len(node) in (COCO, *NUMBERED)
+    return are_places and len(node) >= FEWEST and bool(len(node) in names or is_usual or MANY.search(key))
 
 
 def _kind(node):
