@@ -58,6 +58,12 @@ def test_a_t_pose_is_aligned_whatever_unit_place_and_turn_the_mesh_has(seed):
     assert found.matrix[2, :2] == pytest.approx([0.0, 0.0]) and found.matrix[3].tolist() == [0, 0, 0, 1]
 
 
+def test_where_surface_and_sides_of_names_tell_other_ways_to_look_it_is_a_guess():
+    exchanged = [name and name.translate(str.maketrans("LR", "RL")) for name in NAMES]
+    found = align_to_mesh(REFERENCE, exchanged, BODY)
+    assert found.certainty < 1.1 and found.matrix[:3, :3] == pytest.approx(np.eye(3), abs=0.05), "by the surface"
+
+
 @pytest.mark.slow
 def test_missing_markers_and_inward_normals_do_not_matter():
     some = np.arange(41) % 5 != 0

@@ -37,6 +37,9 @@ HEIGHT_COUNTS = 0.25
 #: Degrees by which the surface may turn a body from the way that its landmarks tell: legs in a step or arms that swing
 #: would turn it farther.
 WAY_KNOWN = 4.5
+#: By how much a body that looks the other way than the mesh's feet point must fit better to be believed: of joints
+#: front and back are hard to tell by the surface, but their names tell the sides.
+BACKWARD, BACKWARD_JOINTS = 1.3, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +144,7 @@ class _Fit:
         """Matrices: about the way that the feet point, where both bodies tell it, else all round."""
         angles = 2.0 * np.pi * np.arange(TURNS) / TURNS
         if self._turned is not None:
-            angles = self._turned + np.radians([0.0, -20.0, 20.0, -45.0, 45.0])
+            angles = self._turned + np.radians([0.0, -20.0, 20.0, -45.0, 45.0, 180.0])
         trunk = self._markers[self._is_trunk, :2]
         middle = trunk.mean(axis=0) if len(trunk) else np.median(self._markers[:, :2], axis=0)
         origin = np.append(middle, self._base)
@@ -173,8 +176,12 @@ class _Fit:
         near = np.sort(off)[: _most(len(off))]
         sigma = max(float(np.sqrt((near**2).mean())), 0.005 * self._body.height)
         residual = float(np.sqrt((self._weights * np.minimum(off, 3.0 * sigma) ** 2).sum() / self._weights.sum()))
+        towards = self._turned
+        if towards is not None and _angle_between(about(UP, towards), matrix) > 0.5 * np.pi:
+            residual *= BACKWARD_JOINTS if self._body.is_for_joints else BACKWARD
+            towards += np.pi
         weights = self._weights / (1.0 + (off / sigma) ** 2) ** 2
-        return residual, _upright_similarity(self._markers, target, weights, self._scales, self._turned)
+        return residual, _upright_similarity(self._markers, target, weights, self._scales, towards)
 
 
 def _tall_by_parts(markers, names, heights):
