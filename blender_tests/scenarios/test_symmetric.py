@@ -31,6 +31,16 @@ def test_what_is_done_on_one_side_is_done_on_the_other(live):
     assert np.abs(shown(obj)[centre, 0]).max() < SAME
 
 
+def test_a_key_that_turns_a_handle_across_the_plane_aside_does_not_squash_it():
+    obj, _control = halves.whole(live=False)
+    top = np.flatnonzero(rest(obj)[:, 2] > 1.5)
+    steps.add_handle(obj, "Head", top.tolist(), pin=True)
+    obj.meanvalue.symmetric = 'X'
+    steps.add_key(obj, "Asked", 1.2 * rest(obj) @ [(0.6, 0.8, 0.0), (-0.8, 0.6, 0.0), (0.0, 0.0, 1.0)])
+    steps.run(obj, "solve_from_key", key="Asked")
+    np.testing.assert_allclose(shown(obj)[top], 1.2 * rest(obj)[top], atol=1e-4)
+
+
 def test_off_only_one_side_moves_and_on_both_do_while_live():
     obj, control = halves.whole()
     move(control, (0.4, 0.2, 0.3))

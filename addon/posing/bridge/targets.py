@@ -68,7 +68,7 @@ def gather(obj, bind_input, key=""):
     where the shape key `key` has their vertices. @throws SceneError."""
     if key:
         placed = shape_keys.checked(obj, key)[bind_input.anchors].astype(np.float64)
-        return Targets(placed, _weights(obj, bind_input))
+        return Targets(_in_planes(bind_input, placed), _weights(obj, bind_input))
     require_none(problem(obj))
     space = rig_space.measure(obj)
     follow_rig(obj, bind_input, space)
@@ -111,6 +111,23 @@ def positions(obj, bind_input, space, known=None):
         placed[is_moved] = _in_key(obj, bind_input, space, is_moved, placed[is_moved])
     if known is not None:
         known.update({name: (move, placed[members]) for name, move, members in moves})
+    return placed
+
+
+def _in_planes(bind_input, placed):
+    """k x 3 float64 `placed`, but of handles that it moves, turns and scales as one what is the same on both sides of
+    planes that they lie across."""
+    placed = placed.copy()
+    for number in np.unique(bind_input.handles) if bind_input.planes is not None else ():
+        members = bind_input.handles == number
+        before, after = bind_input.anchor_rest[members], placed[members]
+        spreads = [np.linalg.norm(points - points.mean(axis=0)) for points in (before, after)]
+        scale = spreads[1] / spreads[0] if spreads[0] > 0.0 else 1.0
+        move = motion.fitted(scale * before, after) @ motion.affine(scale * np.eye(3))
+        is_as_one = np.abs(motion.apply(move, before) - after).max() <= motion.EVEN * spreads[1]
+        goal = bind_input.move_in_planes(number, move)
+        if is_as_one and not motion.same(goal, move):
+            placed[members] = motion.apply(goal, before)
     return placed
 
 
