@@ -86,8 +86,11 @@ def test_a_pin_of_the_artists_own_group_is_removed():
 
 
 @pytest.mark.parametrize("way", ["removed", "deleted", "off"])
-def test_the_mesh_is_at_rest_once_nothing_holds_it(way):
+@pytest.mark.parametrize("has_pin", [False, True])
+def test_the_mesh_is_at_rest_once_nothing_moves_it(way, has_pin):
     obj = meshes.tube(handles.RINGS, handles.SEGMENTS, "Tube")
+    if has_pin:
+        steps.add_handle(obj, "Bottom", BOTTOM, pin=True)
     control = steps.add_handle(obj, "Top", TOP, live=True)
     update()
     move(control, (1.0, 0.0, 0.0))
@@ -97,7 +100,7 @@ def test_the_mesh_is_at_rest_once_nothing_holds_it(way):
     elif way == "deleted":
         control.users_collection[0].objects.unlink(control)
     else:
-        obj.meanvalue.handles[0].is_enabled = False
+        obj.meanvalue.handles["Top"].is_enabled = False
     obj.update_tag()
     update()
     assert handles.is_at_rest(obj)

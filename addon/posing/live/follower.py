@@ -5,7 +5,6 @@ import bpy
 import numpy as np
 
 from ... import wording
-from ...errors import SceneError
 from ...live import roll
 from ...live.following import Following
 from ...scene import actions, along, key_marks, mesh_arrays, rig_space, shape_keys, views
@@ -93,14 +92,15 @@ class Follower(Following):
     # Posing
 
     def _read(self, obj, is_quiet, compares):
+        is_posed = self._wanted is not None or self._drag.answer is not None
         try:
             super()._read(obj, is_quiet, compares)
-        except SceneError:
-            if scene_input.unheld_problem(obj) and self._drag.answer is not None and self._has_key(obj):
+        finally:
+            is_left = all(handle.follows == 'REST' for handle in targets.enabled_handles(obj))
+            if is_left and is_posed and self._has_key(obj):
                 self._held(obj)
-                self._drag = session.Drag()
+                self._drag, self._wanted = session.Drag(), None
                 self._write(obj, shape_keys.rest_positions(obj.data))  # handles that are gone pose nothing
-            raise
 
     def _read_targets(self, obj):
         if self._shown is None:  # what was edited must not be bound unasked
