@@ -221,6 +221,14 @@ def test_a_bone_that_deforms_its_handle_in_part_is_reset():
     assert np.abs(rigs.seen(obj)[MIDDLE] - before).max() < NEAR * rigs.size(obj)
 
 
+def test_reset_ends_where_nothing_comes_nearer(part, monkeypatch):
+    (obj, _armature), puts = rigs.posed_arm(), []
+    monkeypatch.setattr(part("posing.bridge.control_places"), "put", lambda *each: puts.append(each))
+    rigs.move_in_world(obj.meanvalue.handles["Top"].control, (1.0, 0.0, 0.0))
+    steps.run(obj, "reset_handles")
+    assert len(puts) == 1
+
+
 def turned_with_bone(armature, points, degrees):
     rest = armature.pose.bones["Lower"].matrix.copy()
     rigs.bend(armature, degrees)

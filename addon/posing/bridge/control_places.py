@@ -19,6 +19,9 @@ from . import members
 #: what is put back takes its children along.
 MOST_RESETS = 24
 
+#: Of how far it was, what is put back gets no nearer if it is farther than that: then nothing moves it.
+NEARER = 0.99
+
 
 def at_rest(handle):
     """4 x 4: the control with its handle in the rest shape, in the key's space."""
@@ -130,16 +133,17 @@ def reset(obj, handles):
     bpy.context.view_layer.update()
     for handle in handles:
         _renew_frame(obj, handle)
-    left = None
+    away = np.inf
     for _ in range(MOST_RESETS + len(handles)):
-        transforms, former = _follow_rig(obj, handles), left
-        left = _elsewhere(obj, handles, transforms)
-        if not left or (left == former and not rig_space.is_there(obj)):
+        transforms, former = _follow_rig(obj, handles), away
+        away = _away(obj, handles, transforms)
+        if (away >= NEARER * former).all() or not away.any():
             break
         for handle, transform in zip(handles, transforms, strict=True):
             put(handle, np.array(obj.matrix_world) @ transform @ at_rest(handle))
             bpy.context.view_layer.update()  # the next may be a child of this one
-    return _elsewhere(obj, handles, _follow_rig(obj, handles))
+    away = _away(obj, handles, _follow_rig(obj, handles))
+    return [handle for handle, distance in zip(handles, away, strict=True) if distance != 0.0]
 
 
 def _renew_frame(obj, handle):
@@ -162,6 +166,7 @@ def _follow_rig(obj, handles):
     return transforms
 
 
-def _elsewhere(obj, handles, transforms):
+def _away(obj, handles, transforms):
+    """How far each is from rest; 0 if it is there."""
     pairs = zip(handles, transforms, strict=True)
-    return [handle for handle, transform in pairs if move(obj, handle, transform) is not motion.IDENTITY]
+    return np.array([np.abs(move(obj, handle, transform) - motion.IDENTITY).max() for handle, transform in pairs])
