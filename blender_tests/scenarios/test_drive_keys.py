@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from support import meshes, steps
+from support import halves, meshes, steps
 from support.interface import interface, is_settled
 
 CORNERS = [0, 8, 72, 80]
@@ -134,7 +134,22 @@ def test_grab_drags_the_sliders_and_nothing_is_lost_on_the_way_back(face):
     assert 0.3 < values(obj)["Up L"] < 0.8
 
 
-def test_a_corrective_has_what_the_sliders_do_not_reach(face):
+def test_a_handle_s_image_counts_as_a_handle_at_its_place():
+    found = []
+    for axis in ('X', 'NONE'):
+        obj, control = halves.whole(live=False, name=axis)
+        rest = np.array([tuple(vertex.co) for vertex in obj.data.vertices])
+        steps.add_key(obj, "Up", np.add(rest, (0.0, 0.0, 1.0)))
+        obj.meanvalue.symmetric, obj.meanvalue.drive = axis, 'SHAPE_KEYS'
+        if axis == 'NONE':
+            move(steps.add_handle(obj, "Other", np.flatnonzero(rest[:, 0] < -0.7).tolist()), z=1.0)
+        obj.meanvalue.live = True
+        move(control, z=1.0)
+        found.append(values(obj)["Up"])
+    assert found[0] == pytest.approx(found[1], abs=0.01) and 0.6 < found[0] < 0.7  # two of three ask for it
+
+
+def test_a_corrective_has_what_the_sliders_do_not_reach(face, capfd):
     obj, control = face
     group, before = obj.vertex_groups["Left"], values(obj)
     with steps.refused("nothing left for a corrective"):
@@ -157,6 +172,9 @@ def test_a_corrective_has_what_the_sliders_do_not_reach(face):
     assert values(obj)["Up L"] > driven["Up L"] + 0.1 and values(obj)["Corrective"] == 1.0
     obj.meanvalue.drive = 'SHAPE'
     assert not bpy.ops.meanvalue.add_corrective.poll()
+    move(control, z=0.3)
+    steps.run(obj, "apply_pose")
+    assert "5 shape keys carried along" in capfd.readouterr().out  # the corrective is one
 
 
 def test_a_key_of_the_artist_s_own_that_is_called_corrective_is_left_alone(face):

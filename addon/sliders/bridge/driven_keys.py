@@ -136,19 +136,26 @@ class DriveInput:
         """K: number of the handle that each anchor, or what it mirrors, belongs to."""
         return self.bind_input.solver_mesh.owners[self._own]
 
+    @cached_property
+    def _counts(self):
+        """(K bool: which are no images, how many of these each handle has): a handle counts as much without images."""
+        mesh = self.bind_input.solver_mesh
+        is_held = np.isin(mesh.anchors[self._own], mesh.places[self.bind_input.anchors])
+        return is_held, np.maximum(np.bincount(self.handles, is_held), 1.0)
+
     def targets(self, positions):
         """(..., K, 3) targets of all anchors, made of those of the handles' anchors, (..., k, 3)."""
         return self.bind_input.solver_mesh.targets(positions)[..., self._own, :]
 
     def weights(self, counts=None):
         """(..., K): how much each counts; counts: (..., k), from 0 to 1, of the handles' anchors, None for all."""
-        weights, counts = 1.0 / np.bincount(self.handles)[self.handles], self.bind_input.solver_mesh.weights(counts)
+        weights, counts = 1.0 / self._counts[1][self.handles], self.bind_input.solver_mesh.weights(counts)
         return weights if counts is None else weights * counts[..., self._own]
 
     def farthest(self, residuals):
         """(number of the handle, distance): the handle that is missed the most, by the mean of (K, 3) residuals."""
-        counts = np.maximum(np.bincount(self.handles), 1)
-        means = np.bincount(self.handles, np.linalg.norm(residuals, axis=1)) / counts
+        is_held, counts = self._counts
+        means = np.bincount(self.handles, np.linalg.norm(residuals, axis=1) * is_held) / counts
         return int(means.argmax()), float(means.max())
 
 
