@@ -152,8 +152,8 @@ def _plays_places(made):
 
 
 def take_over_rests():
-    """Where the file of what is shown has given that another rest shape, the pose object takes it over, as an edit, and
-    its keys add what they did. Not while a cache plays, nor a shape with NaN, which no later one would take away."""
+    """Where the file of what is shown has given that another rest shape, the pose object takes it over, and its keys
+    add what they did: an edit; Live waits for Update. Not while a cache plays, nor NaN, which would stay for good."""
     for obj in [each for each in bpy.data.objects if pose_objects.of(each) is not None]:
         made, mesh = pose_objects.of(obj), pose_objects.of(obj).data
         home = mesh.attributes.get(ids.HOME_ATTRIBUTE)

@@ -22,7 +22,7 @@ class SolverMesh(whole_mesh.WholeMesh):
     handles    K int32: images of a handle are handles of their own, but one with it if they share a vertex
     owners     K int32: number of the mesh's own handle that leads there
     stiffness  N float64 or None
-    strengths  K float64 or None: as if all of it had been read
+    strengths  K float64 or None: of each spring, shared out (_share_out)
     border     vertex numbers of a soft border, and border_strengths, likewise
 
     Where handles hold the same vertex, by copies or by images, hard ones lead, then the one with the lower number.
