@@ -5,7 +5,7 @@
 OBJECT_PROPERTY = "meanvalue"
 
 #: Of these settings: how many migrations posing/old_files.py has.
-SETTINGS_VERSION = 1
+SETTINGS_VERSION = 2
 
 #: Tab in the sidebar of the 3D View, and name of its panel.
 SIDEBAR_TAB = "Mean-Value"

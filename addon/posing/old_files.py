@@ -56,7 +56,17 @@ def _from_0_1(obj, stored):
     return True
 
 
-MIGRATIONS = (_from_0_1,)
+def _gaps_by_a_curve(obj, stored):
+    """Of captures: a curve filled gaps up to `spline_seconds`, 0.2 where not stored, whatever `rigid_seconds` said.
+    Where nothing was bound, 0 may have been chosen since."""
+    capture = stored.get("capture") or {}
+    longest = capture.pop("spline_seconds", 0.2 if obj.meanvalue.bound.is_bound else 0.0)
+    if longest > capture.get("rigid_seconds", 1.0):
+        capture["rigid_seconds"] = longest
+    return True
+
+
+MIGRATIONS = _from_0_1, _gaps_by_a_curve
 
 
 def _add_handle(settings, old):

@@ -186,5 +186,19 @@ def test_a_seam_that_was_open_stays_so_in_its_file(is_old, tmp_path):
     assert np.abs(meshes.seen(obj) - expected).max() < 1e-2
 
 
+@pytest.mark.parametrize("curve, rigid, filled", [(None, 0.0, 0.2), (0.5, 0.1, 0.5), (0.1, 0.3, 0.3)])
+def test_gaps_that_a_curve_filled_go_on_being_filled(curve, rigid, filled, tmp_path):
+    obj = meshes.grid()
+    obj.meanvalue.bound.is_bound, capture = True, obj.meanvalue.capture
+    capture.rigid_seconds = rigid
+    if curve:  # a setting that is no more, stored where it was not 0.2
+        installed.part("compat").stored(obj)["capture"]["spline_seconds"] = curve
+    obj = steps.reopened(obj, tmp_path / "gaps.blend")
+    assert obj.meanvalue.capture.rigid_seconds == pytest.approx(filled)
+    obj.meanvalue.capture.rigid_seconds = 0.0
+    obj = steps.reopened(obj, tmp_path / "again.blend")
+    assert obj.meanvalue.capture.rigid_seconds == 0.0, "as it was chosen since"
+
+
 def control_name(obj):
     return obj.meanvalue.handles["Handle"].control.name
