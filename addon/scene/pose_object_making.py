@@ -172,9 +172,11 @@ def take_over_rests():
 
 
 def remove_bare(obj):
-    """Takes `obj` away if it is a pose object that tells nothing: no handles nor keys, its rest shape as made."""
+    """Takes `obj` away if it is a pose object that tells nothing: no handle, key nor cache, its rest shape as made."""
     home = obj.data.attributes.get(ids.HOME_ATTRIBUTE)
-    if home is None or pose_objects.shown(obj) == obj or obj.data.shape_keys is not None or obj.meanvalue.handles:
+    if home is None or pose_objects.shown(obj) == obj or obj.data.shape_keys is not None:
+        return
+    if obj.meanvalue.handles or _plays_places(obj):
         return
     if np.array_equal(mesh_arrays.coordinates(home.data, "vector"), mesh_arrays.vertex_positions(obj.data)):
         remove(obj)

@@ -146,3 +146,13 @@ def test_bakes_are_seen(character, tmp_path, target):
     rigs.update()
     assert np.array_equal(baking.rest(pose_of(character)), baking.rest(character))
     assert np.abs(meshes.seen(character) - baking.rest(character) - offset).max() < 1e-3
+
+
+def test_a_bake_that_is_kept_is_kept_of_clothes_too(character, tmp_path):
+    baking.key_control(grab(character).meanvalue.handles[0].control)
+    baking.save(tmp_path)
+    meshes.activate(character)
+    baking.bake(target='POINT_CACHE')
+    worn = meshes.seen(overridden("Sleeve"))
+    steps.run(character, "unbake", keep_bake=True)
+    assert np.array_equal(meshes.seen(overridden("Sleeve")), worn)
