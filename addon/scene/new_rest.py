@@ -38,8 +38,8 @@ def _become(obj, shape):
     driven = [(key, actions.driver_of(key)) for key in carried]
     mixed = {key.name for key, curve in driven if curve and ids.MIX_MARK in curve.driver.variables}
     names = [key.name for key in carried if key.name not in mixed and key_marks.role(key) != key_marks.Role.MIX]
-    keys = wording.counted(len(names), "shape key")
-    notes = ["In-between keys belong to the rest shape as it was. Press Bake Mix to make them anew"] if mixed else []
+    keys, between = wording.counted(len(names), "shape key"), wording.counted(len(mixed), "in-between key")
+    notes = [f"{between} of Bake Mix belong to the rest shape as it was. Press that to make them anew"] if mixed else []
     told = f"{keys} carried along by what they add, and may look different: {wording.quoted(names)}"
     return [*notes, told] if names else notes
 

@@ -64,7 +64,7 @@ def test_in_betweens_go_along_and_bake_mix_is_asked_for(apply, capfd):
     meshes.activate(obj)
     assert apply() == {'FINISHED'}
     said = capfd.readouterr().out
-    assert "Bake Mix" in said and "'Bend'" in said
+    assert f"{len(made)} in-between keys of Bake Mix" in said and "'Bend'" in said
     assert not any(f"'{name}'" in said for name in made), "these are not the artist's"
     bpy.context.view_layer.update()
     np.testing.assert_allclose(shown(obj), before, atol=1e-4)
