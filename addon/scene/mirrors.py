@@ -9,7 +9,7 @@ import numpy as np
 from .. import wording
 from ..errors import SceneError
 from . import kept, mesh_arrays, rig_space, shape_keys
-from .core import point_sets, welding, whole_mesh
+from .core import motion, point_sets, welding, whole_mesh
 
 #: What lies in the plane to this share of the size is a seam, also where the modifier merges nothing.
 IN_PLANE = 1e-5
@@ -43,7 +43,7 @@ def images(obj):
     each image that Mirror modifiers show of it. None of those of which notes() tells."""
     found = [(np.eye(3), np.zeros(3))]
     for plane in _read(obj)[0]:
-        matrix, shift = whole_mesh.reflection(plane.row)
+        matrix, shift = motion.reflection(plane.row)
         found += [(matrix @ each, matrix @ moved + shift) for each, moved in found]
     return found
 

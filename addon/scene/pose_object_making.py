@@ -154,8 +154,9 @@ def _plays_places(made):
 def take_over_rests():
     """Where the file of what is shown has given that another rest shape, the pose object takes it over, and its keys
     add what they did: an edit; Live waits for Update. Not while a cache plays, nor NaN, which would stay for good."""
-    for obj in [each for each in bpy.data.objects if pose_objects.of(each) is not None]:
-        made, mesh = pose_objects.of(obj), pose_objects.of(obj).data
+    found = [(each, pose_objects.of(each)) for each in bpy.data.objects]
+    for obj, made in [each for each in found if each[1] is not None]:
+        mesh = made.data
         home = mesh.attributes.get(ids.HOME_ATTRIBUTE)
         if home is None or pose_objects.problem(made) is not None or mesh.is_editmode or _plays_places(made):
             continue

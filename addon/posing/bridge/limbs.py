@@ -45,7 +45,8 @@ def riding(obj, vertices, length):
     top = next((top for top, way in reversed(_limbs_up(obj, vertices)) if way <= length), "")
     if not top:
         return found
-    parents, of_bone = _parents(obj), segments.of(_parents(obj))
+    parents = _parents(obj)
+    of_bone = segments.of(parents)
     for bone, (numbers, weights) in vertex_groups.read(obj, sorted(_weighted_bones(obj))).items():
         total[numbers] += weights
         if of_bone[top] in map(of_bone.get, (bone, *segments.above_of(bone, parents))):

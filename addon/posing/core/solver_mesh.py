@@ -47,7 +47,7 @@ class SolverMesh(whole_mesh.WholeMesh):
 
     def _share_out(self):
         """Springs are the weaker the more vertices may move that hang together with them: of a handle by their count,
-        and of a soft border, as in bind_input.py, by its square. So what moves elsewhere does not matter."""
+        and of a soft border by its square. So what moves elsewhere does not matter."""
         if self.strengths is None and self.border is None:
             return
         corners, edges = self._of.face_corners, []

@@ -30,6 +30,12 @@ def between(rest_relation, relation):
     return relation @ np.linalg.inv(rest_relation)
 
 
+def reflection(plane):
+    """(3 x 3, 3 numbers): x goes to matrix x + vector. plane: unit normal and distance from the origin along it."""
+    normal = np.asarray(plane[:3], np.float64)
+    return np.eye(3) - 2.0 * np.outer(normal, normal), 2.0 * plane[3] * normal
+
+
 #: A motion that turns, scales and moves all as one is even to this share.
 EVEN = 1e-4
 
@@ -42,8 +48,8 @@ def in_planes(move, middle, planes):
         return move
     size = np.cbrt(np.linalg.det(move[:3, :3]))
     is_even = size != 0.0 and np.abs(move[:3, :3] @ move[:3, :3].T - size**2 * np.eye(3)).max() <= EVEN * size**2
-    for normal, distance in ((plane[:3], plane[3]) for plane in planes if is_even):
-        flip = np.eye(3) - 2.0 * np.outer(normal, normal)
+    for plane in planes if is_even else ():
+        normal, distance, (flip, _) = plane[:3], plane[3], reflection(plane)
         middle = middle - (normal @ middle - distance) * normal
         goal = apply(move, middle)
         turn = size * nearest_rotations((move[:3, :3] + flip @ move[:3, :3] @ flip) / size)

@@ -13,7 +13,7 @@ normal, distance from the origin along it.
 import numpy as np
 
 from ...solver import native_loader
-from . import point_sets
+from . import motion, point_sets
 
 
 class WholeMesh:
@@ -53,7 +53,7 @@ class WholeMesh:
         source, element = np.arange(len(counts)), np.zeros(len(counts), int)
         for plane, twin, is_double in zip(planes, twins, doubles, strict=True):
             self._counts_before.append((len(source), is_double))
-            matrix, shift = reflection(plane)
+            matrix, shift = motion.reflection(plane)
             is_joined = twin[source] >= 0
             image = np.empty(len(source), np.int64)
             image[is_joined] = images[element[is_joined], twin[source[is_joined]]]
@@ -136,12 +136,6 @@ class WholeMesh:
         return cut
 
 
-def reflection(plane):
-    """(3 x 3, 3 numbers): x goes to matrix x + vector. plane: unit normal and distance from the origin along it."""
-    normal = np.asarray(plane[:3], np.float64)
-    return np.eye(3) - 2.0 * np.outer(normal, normal), 2.0 * plane[3] * normal
-
-
 def edge_ends(face_corners, face_starts):
     """Where the edge from each face corner goes to: the next corner of its face."""
     following = np.append(face_corners[1:], face_corners[:1])
@@ -187,7 +181,7 @@ def partners(rest, face_corners, face_starts, plane):
     points = rest.astype(np.float64)
     size = point_sets.bounding_box_diagonal(points)
     drawn = points + TOWARDS * (_middles_around(points, face_corners, face_starts) - points)
-    matrix, shift = reflection(plane)
+    matrix, shift = motion.reflection(plane)
     images, drawn_images = (each @ matrix.T + shift for each in (points, drawn))
     twins = np.full(len(points), -1, np.int32)
     for tolerance in TOLERANCES if size > 0.0 else ():
